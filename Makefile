@@ -1,0 +1,77 @@
+# The one task runner. Needs make and a Python of 3.11 or newer; everything else goes into .venv/.
+SHELL = /bin/sh
+.DEFAULT_GOAL = help
+unexport PYTHONHOME PYTHONPATH
+
+PYTHON ?=
+SCENE ?= heap
+POLICY ?= adaptive_push
+EPISODES ?= 3
+SEED ?= 0
+OUT ?= runs/demo
+WORKERS ?= 2
+# Say where a smaller, CPU-only build of torch is to be had (an index for pip), if you do not want the default one.
+TORCH_INDEX ?=
+OLDEST = gymnasium==1.2.2
+# Tests of these let soil slump for thousands of sweeps, which takes minutes in plain Python.
+MANY_SWEEPS = tests/sim/test_slump.py tests/sim/test_advance.py
+
+environment = @PYTHON="$(PYTHON)" sh .ci/environment
+pytest = .venv/test/bin/python -m pytest
+
+.PHONY: help
+help: ## what can be made
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-18s %s\n", $$1, $$2 }' Makefile
+	@echo
+	@echo "Variables: PYTHON, SCENE, POLICY, EPISODES, SEED, OUT (demo), WORKERS, TESTS (test), TORCH_INDEX."
+
+.PHONY: demo
+demo: .venv-demo ## set up what it needs, then push the soil of a scene: pictures and numbers in runs/demo/
+	.venv/demo/bin/dirt-push run --scene $(SCENE) --policy $(POLICY) --episodes $(EPISODES) --seed $(SEED) --out $(OUT)
+
+.PHONY: test
+test: check ## set up what it needs, then lint, contracts and all tests (TESTS="tests/sim -k slump" for some)
+	@$(pytest) -n $(WORKERS) --dist loadgroup $(TESTS)
+
+.PHONY: check
+check: lint contracts ## lint and contracts
+
+.PHONY: lint
+lint: .venv-test ## style: ruff
+	@.venv/test/bin/ruff check --quiet . && .venv/test/bin/ruff format --check --quiet .
+
+.PHONY: format
+format: .venv-test ## put the style right where that can be done automatically
+	@.venv/test/bin/ruff check --quiet --fix . ; .venv/test/bin/ruff format .
+
+.PHONY: contracts
+contracts: .venv-test ## who may import whom: import-linter
+	@.venv/test/bin/lint-imports --no-logo
+
+.PHONY: test-oldest
+test-oldest: .venv-oldest ## the environment's tests on the oldest supported gymnasium
+	@.venv/oldest/bin/python -m pytest tests/test_registration.py tests/test_env.py tests/test_conformance.py
+
+.PHONY: test-interpreted
+test-interpreted: .venv-test ## tests of kernels without compilation, where that takes seconds only
+	@NUMBA_DISABLE_JIT=1 $(pytest) -m "not slow" tests/task tests/sim $(addprefix --ignore=,$(MANY_SWEEPS))
+
+.PHONY: package
+package: .venv-test ## build the wheel and the source distribution into dist/
+	@.venv/test/bin/python -m build --outdir dist
+
+.PHONY: clean
+clean: ## remove everything that was made, environments included
+	@rm -rf .venv build dist runs *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.PHONY: .venv-demo .venv-test .venv-oldest
+.venv-demo:
+	$(environment) demo 400 -c constraints.txt -e '.[render]'
+
+.venv-test:
+	$(environment) test 2000 $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) -c constraints.txt -e '.[all,dev]'
+
+.venv-oldest:
+	@mkdir -p .venv && sed 's/^gymnasium==.*/$(OLDEST)/' constraints.txt > .venv/oldest.txt
+	$(environment) oldest 600 -c .venv/oldest.txt -e '.[render,files,dev]'

@@ -1,0 +1,228 @@
+"""The paper's adaptive push: farthest soil first, blade and speed follow the load, the aim follows what escapes.
+
+SELECT -> NAVIGATE -> ALIGN -> PUSH -> RETREAT -> SELECT, after Rodriguez, Su and Yu (IROS 2019, sections IV and V).
+"""
+
+from enum import Enum, auto
+from math import atan2, cos, hypot, sin
+
+import numpy as np
+
+from dirt_env.config import SceneConfig
+from dirt_env.policy import Observation
+
+from .pushing.choose import Push, choose
+from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
+from .pushing.edge import edge_for, strip_ahead
+from .pushing.parameters import Parameters
+from .pushing.route import Point, way
+from .pushing.site import Site
+
+FORGIVEN = 3  # failures kept in mind
+NOTHING = 0.03  # loads; less ahead of the blade is nothing
+NEAR = 1.5  # m from the blade to a way point that counts as reached
+
+
+class State(Enum):
+    """What the machine is about."""
+
+    SELECT = auto()
+    NAVIGATE = auto()
+    ALIGN = auto()
+    PUSH = auto()
+    RETREAT = auto()
+    DONE = auto()
+
+
+class AdaptivePush:
+    """Pushes soil to its goals in passes that adapt to what the blade meets; sees the whole map."""
+
+    sees = "map"
+
+    def __init__(self, config: SceneConfig, parameters: Parameters | None = None) -> None:
+        self.parameters = parameters or Parameters()
+        self.site = Site(config)
+        self._acts = {
+            State.SELECT: self._select,
+            State.NAVIGATE: self._navigate,
+            State.ALIGN: self._align,
+            State.PUSH: self._push,
+            State.RETREAT: self._retreat,
+            State.DONE: self._rest,
+        }
+        self.reset()
+
+    def reset(self, seed: int | None = None) -> None:
+        """Start an episode. Nothing is random, so the seed does not matter."""
+        self.site.forget()
+        self.state = State.SELECT
+        self.push: Push | None = None
+        self._failed: list[Point] = []
+        self._way: list[Point] = []
+        self._steps = 0  # in this state
+        self._peak = 0.0  # m3; largest load of this push
+        self._start: Point = (0.0, 0.0)  # of the retreat
+        self._last: tuple[float, float, float] | None = None
+
+    def act(self, observation: Observation) -> np.ndarray:
+        """Action (3,) for an observation with a map."""
+        self.site.see(observation)
+        action = None
+        while action is None:
+            action = self._acts[self.state]()
+        self._steps += 1
+        steering, speed, edge = action
+        machine = self.site.machine
+        blade = edge / machine.lift if edge > 0.0 else edge / max(machine.cut, 1e-9)
+        return np.clip(np.array([steering, speed, blade]), -1.0, 1.0).astype(np.float32)
+
+    def _go(self, state: State) -> None:
+        self.state, self._steps, self._last = state, 0, None
+
+    @property
+    def _seconds(self) -> float:
+        return self._steps * self.site.period
+
+    @property
+    def _here(self) -> Point:
+        return self.site.pose["x"], self.site.pose["y"]
+
+    def _select(self):
+        """Choose a push and the way to its start."""
+        self.push = choose(self.site, self.parameters, self._failed)
+        if self.push is None and self._failed:
+            self._failed.clear()
+            self.push = choose(self.site, self.parameters, self._failed)
+        if self.push is None:
+            return self._go(State.DONE)
+        self._way = self._way_to_start()
+        self._go(State.NAVIGATE)
+        return None
+
+    def _way_to_start(self) -> list[Point]:
+        """Round obstacles and, where that is possible, round heaps."""
+        site, numbers = self.site, self.parameters
+        shut = site.gap < 0.5 * site.blade.width + numbers.clearance
+        heaps = shut | (site.excess > numbers.mound)
+        end = self.push.approach
+        points = way(heaps, site.grid.cell, self._here, end)
+        return points if len(points) > 1 or not site.solid.any() else way(shut, site.grid.cell, self._here, end)
+
+    def _navigate(self):
+        """Drive to the start of the push with the blade up, forward or in reverse."""
+        numbers, heading = self.parameters, self.push.heading
+        while self._way and self._is_near(self._way[0], numbers.arrive if len(self._way) == 1 else NEAR):
+            self._way.pop(0)
+        if not self._way:
+            return self._go(State.ALIGN)
+        if self._seconds > numbers.navigate_limit or self._is_stuck():
+            return self._fail()
+        if len(self._way) > 1:
+            (x, y), (ahead_x, ahead_y) = self._way[:2]
+            heading = atan2(ahead_y - y, ahead_x - x) if len(self._way) > 2 else heading
+        reverse = is_quicker_in_reverse(self.site, self._way[0], heading)
+        return *drive_to(self.site, self._way[0], reverse), self.site.machine.lift
+
+    def _align(self):
+        """Turn in place to the heading of the push."""
+        error = abs(wrap(self.push.heading - self.site.pose["heading"]))
+        if error < self.parameters.align_tolerance or self._seconds > self.parameters.align_limit:
+            self._peak, self._way = 0.0, list(self.push.way)
+            return self._go(State.PUSH)
+        return turn_to(self.site, self.push.heading), 0.0, self._edge(0.0)[0]
+
+    def _push(self):
+        """Push along the way; ends inside the goal, past the aim, when the load is lost, or after a limit."""
+        site, numbers = self.site, self.parameters
+        x, y = site.blade_at()
+        while len(self._way) > 1 and hypot(self._way[0][0] - x, self._way[0][1] - y) < NEAR:
+            self._way.pop(0)
+        self._peak = max(self._peak, site.pose["load"])
+        if self._seconds > numbers.push_limit or self._is_over(x, y):
+            self._start = self._here
+            return self._go(State.RETREAT)
+        if self._is_stuck():
+            return self._fail()
+        course = atan2(self._way[0][1] - y, self._way[0][0] - x) + self._lure(x, y)
+        edge, needed = self._edge(site.machine.speed * site.period)
+        speed = 1.0 / (1.0 + numbers.slow_load * site.pose["load"] / site.rated)
+        speed *= 1.0 - numbers.slow_edge * (1.0 - min(1.0, site.machine.edge_rate * site.period / max(needed, 1e-9)))
+        return turn_to(site, course), max(speed, numbers.min_speed), edge
+
+    def _edge(self, way: float) -> tuple[float, float]:
+        """Height of the edge over the tracks for the next `way` m, and how far it is from there [m]."""
+        site, numbers = self.site, self.parameters
+        loads = site.pose["load"] / site.rated
+        rise = numbers.grade + numbers.raise_gain * max(0.0, loads - numbers.full)
+        edge = edge_for(site, numbers, strip_ahead(site, way), way, rise)
+        return edge, abs(edge - site.pose["edge"])
+
+    def _lure(self, x: float, y: float) -> float:
+        """Angle [rad] by which the aim shifts to the soil ahead that escapes to a side."""
+        site, numbers = self.site, self.parameters
+        aim = self.push.aim
+        if hypot(aim[0] - x, aim[1] - y) < numbers.gather_ahead:
+            return 0.0
+        soil, _, left = self._soil_ahead(x, y, numbers.gather_ahead, site.blade.width)
+        volume = soil.sum()
+        if volume < NOTHING * site.rated / site.grid.cell**2:
+            return 0.0
+        return numbers.gather * atan2(float((soil * left).sum() / volume), numbers.gather_ahead)
+
+    def _soil_ahead(self, x: float, y: float, far: float, aside: float):
+        """Soil to move [m of a cell], metres ahead and left of it, up to `far` ahead of the blade and `aside` to a side."""
+        site, heading = self.site, self.site.pose["heading"]
+        dx, dy = site.x - x, site.y - y
+        ahead, left = dx * cos(heading) + dy * sin(heading), dy * cos(heading) - dx * sin(heading)
+        there = (ahead > 0.0) & (ahead < far) & (np.abs(left) < aside) & (site.excess > 0.01)
+        return site.excess[there], ahead[there], left[there]
+
+    def _is_over(self, x: float, y: float) -> bool:
+        """Whether the push has come to its end."""
+        site, numbers, aim = self.site, self.parameters, self.push.aim
+        far, heading = hypot(aim[0] - x, aim[1] - y), site.pose["heading"]
+        if site.goals and site.depth[site.cell_at(x, y)] >= numbers.enter and far < 2.0 * site.depth.max():
+            return True
+        if len(self._way) == 1 and (aim[0] - x) * cos(heading) + (aim[1] - y) * sin(heading) <= 0.0:
+            return True
+        soil, _, _ = self._soil_ahead(x, y, far + 1.0, 0.5 * site.blade.width)
+        ahead = soil.sum() * site.grid.cell**2
+        if ahead < NOTHING * site.rated and site.pose["load"] < NOTHING * site.rated:
+            return True
+        lost = site.pose["load"] < (1.0 - numbers.lost_share) * self._peak
+        return lost and ahead < (1.0 - numbers.lost_share) * self._peak
+
+    def _retreat(self):
+        """Lift and back up."""
+        gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
+        if gone >= self.parameters.retreat or self._is_stuck():
+            return self._go(State.SELECT)
+        return 0.0, -1.0, self.site.machine.lift
+
+    def _rest(self):
+        """Nothing is left to do: stand, and look again now and then."""
+        if self._seconds > 5.0:
+            self._failed.clear()
+            return self._go(State.SELECT)
+        return 0.0, 0.0, self.site.machine.lift
+
+    def _fail(self) -> None:
+        """Give this push up and keep away from it for a while."""
+        self._failed = [*self._failed[1 - FORGIVEN :], self.push.first]
+        self._start = self._here
+        self._go(State.RETREAT)
+
+    def _is_near(self, point: Point, near: float) -> bool:
+        return hypot(point[0] - self._here[0], point[1] - self._here[1]) < near
+
+    def _is_stuck(self) -> bool:
+        """Whether the machine has not moved since the last step in this state."""
+        pose = self.site.pose["x"], self.site.pose["y"], self.site.pose["heading"]
+        stuck = self._last is not None and max(abs(a - b) for a, b in zip(pose, self._last, strict=True)) < 1e-4
+        self._last = pose
+        return stuck
+
+
+def make(config: SceneConfig) -> AdaptivePush:
+    """The behaviour for a scene."""
+    return AdaptivePush(config)

@@ -1,0 +1,164 @@
+"""SELECT: which soil to push next, from where, and whereto."""
+
+from math import atan2, hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from dirt_env.task.haul import haul_distance
+
+from .assign import assign
+from .parameters import Parameters
+from .route import Point, is_clear, way
+from .site import Site
+
+MOST = 200  # cells looked at as the first of a push
+SLANTS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.2, -1.2, 1.5, -1.5)  # rad; off the straight line, where that is shut
+FADING = 0.25  # least share of `min_height` that is looked for when nothing higher is left
+
+
+class Push(NamedTuple):
+    """One push: its `first` soil, the pivot's `approach` and `heading` [rad] at its start, the blade's `way` to its aim."""
+
+    first: Point
+    approach: Point
+    heading: float
+    way: list[Point]
+    volume: float  # m3 that lie on the way
+
+    @property
+    def aim(self) -> Point:
+        """Where the soil is to go."""
+        return self.way[-1]
+
+
+class Candidates(NamedTuple):
+    """Pushes to choose from, one in a row; x, y in m."""
+
+    first: np.ndarray  # [n, 2]
+    aim: np.ndarray  # [n, 2]
+    haul: np.ndarray  # [n] m to the goal
+    approach: np.ndarray  # [n, 2]
+    ahead: np.ndarray  # [n, 2] unit vectors of the headings at the start
+
+
+def choose(site: Site, numbers: Parameters, failed: list[Point]) -> Push | None:
+    """The push that is worth most now, none that begins near a place where one has just `failed`; None if all is done."""
+    places = destinations(site, numbers)
+    excess = np.where(site.solid, 0.0, site.excess)
+    share = 1.0
+    while share >= FADING and places:
+        cells = np.nonzero(excess > share * numbers.min_height)
+        found = candidates(site, numbers, places, cells, failed) if len(cells[0]) else None
+        if found is not None:
+            return _best(site, numbers, found)
+        share *= 0.5
+    return None
+
+
+def destinations(site: Site, numbers: Parameters) -> list[np.ndarray]:
+    """Cells to aim at, bool [row, col], one mask for each goal; or the cells of a design where soil is missing."""
+    places = [goal & (site.depth >= min(numbers.inset, 0.6 * site.depth[goal].max())) for goal in site.goals]
+    if not places:
+        lacking = site.fill > FADING * numbers.min_height
+        places = [lacking] if lacking.any() else []
+    return places
+
+
+def candidates(site: Site, numbers: Parameters, places: list[np.ndarray], cells, failed: list[Point]) -> Candidates | None:
+    """Every push that can be begun from one of the `cells` (rows, columns), or from some if there are many; or None."""
+    shut = site.gap < 0.5 * site.blade.width + numbers.clearance
+    walls = shut if site.solid.any() else None
+    cost = np.stack([haul_distance(place, walls, site.grid.cell)[cells] for place in places], axis=1)
+    goal = assign(cost, site.excess[cells] * site.grid.cell**2, site.room() if site.goals else np.ones(1))
+    some = np.unique(np.linspace(0, len(goal) - 1, MOST).astype(int))
+    rows, cols, goal = cells[0][some], cells[1][some], goal[some]
+    first = np.stack([site.x[rows, cols], site.y[rows, cols]], axis=1)
+    aim = _aims(site, numbers, places, first, goal)
+    approach, ahead, good = _approaches(site, numbers, first, aim)
+    for place in failed:
+        good &= np.hypot(*(first - place).T) > site.blade.width / 2
+    if not good.any():
+        return None
+    return Candidates(*(part[good] for part in (first, aim, cost[some, goal], approach, ahead)))
+
+
+def _aims(site: Site, numbers: Parameters, places: list[np.ndarray], first: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    """Where each push ends, [n, 2]: the nearest cell of its goal's place, moved on towards the middle."""
+    aim = np.empty_like(first)
+    for index, place in enumerate(places):
+        mine = goal == index
+        if mine.any():
+            spots = np.stack([site.x[place], site.y[place]], axis=1)
+            far = ((first[mine, None] - spots[None]) ** 2).sum(axis=2)
+            aim[mine] = spots[far.argmin(axis=1)]
+            if site.goals:
+                aim[mine] += numbers.centre * (spots.mean(axis=0) - aim[mine])
+    return aim
+
+
+def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray):
+    """Start of each push: pivot [n, 2], heading [n, 2], whether the machine can turn there; straight behind if possible."""
+    straight = np.arctan2(aim[:, 1] - first[:, 1], aim[:, 0] - first[:, 0])
+    size, radius = np.array(site.extent), site.turning_radius
+    approach, ahead = np.zeros_like(first), np.zeros_like(first)
+    good = np.zeros(len(first), bool)
+    for slant in SLANTS:
+        unit = np.stack([np.cos(straight + slant), np.sin(straight + slant)], axis=1)
+        at = first - numbers.back_off * unit
+        fits = ((at >= radius) & (at <= size - radius)).all(axis=1) & ~good
+        row, col = (np.clip(at[:, k] // site.grid.cell, 0, site.gap.shape[1 - k] - 1).astype(int) for k in (1, 0))
+        fits &= site.gap[row, col] >= radius
+        approach[fits], ahead[fits] = at[fits], unit[fits]
+        good |= fits
+    return approach, ahead, good
+
+
+def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
+    """The candidate that is worth most."""
+    volume = swept(site, found)
+    loads = volume / site.rated
+    worth = np.minimum(loads, 1.0) - numbers.overload * np.maximum(loads - 1.0, 0.0)
+    worth += numbers.tail * found.haul - numbers.travel * _time_there(site, found)
+    i = int(worth.argmax())
+    first, approach, aim = (tuple(map(float, part[i])) for part in (found.first, found.approach, found.aim))
+    shut = site.gap < 0.5 * site.blade.width + numbers.clearance
+    points = way(shut, site.grid.cell, first, aim) if site.solid.any() else [aim]
+    heading = atan2(found.ahead[i, 1], found.ahead[i, 0])
+    if len(points) > 1 and is_clear(shut, site.grid.cell, approach, points[0]):
+        heading = atan2(points[0][1] - approach[1], points[0][0] - approach[0])
+    return Push(first, approach, heading, points, float(volume[i]))
+
+
+def swept(site: Site, found: Candidates) -> np.ndarray:
+    """Soil to move that lies before the blade on its straight way to the aim [m3], [n]."""
+    r, c = np.nonzero(site.excess > 0.01)
+    x, y, soil = site.x[r, c], site.y[r, c], site.excess[r, c] * site.grid.cell**2
+    way = found.aim - found.first
+    length = np.maximum(np.hypot(*way.T), 1e-9)
+    east, north = (way / length[:, None]).T[:, :, None]
+    dx, dy = x[None] - found.first[:, :1], y[None] - found.first[:, 1:]
+    along, across = dx * east + dy * north, dy * east - dx * north
+    inside = (np.abs(across) <= 0.5 * site.blade.width) & (along >= -site.grid.cell) & (along <= length[:, None])
+    return inside @ soil
+
+
+def _time_there(site: Site, found: Candidates) -> np.ndarray:
+    """Seconds of turning and driving to each start, forward or in reverse, [n]."""
+    pose, machine = site.pose, site.machine
+    dx, dy = (found.approach - (pose["x"], pose["y"])).T
+    far = np.hypot(dx, dy)
+    course, end = np.arctan2(dy, dx), np.arctan2(found.ahead[:, 1], found.ahead[:, 0])
+    turns = []
+    for reverse in (0.0, np.pi):
+        turns.append(np.abs(_wrap(course + reverse - pose["heading"])) + np.abs(_wrap(end - course - reverse)))
+    return far / machine.speed + np.minimum(*turns) / machine.yaw_rate
+
+
+def _wrap(angle: np.ndarray) -> np.ndarray:
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def distance(a: Point, b: Point) -> float:
+    """Metres between two points."""
+    return hypot(a[0] - b[0], a[1] - b[1])

@@ -1,0 +1,108 @@
+"""What a behaviour that sees the map knows of the site: soil to move, goals and their room, the machine."""
+
+from math import cos, sin
+
+import numpy as np
+
+from dirt_env.config import SceneConfig
+from dirt_env.scene.distance import distance_inside, distance_outside
+from dirt_env.scene.layout import centres
+from dirt_env.scene.regions import rasterize
+from dirt_env.task.observation import pose_table, read_pose
+
+MOST_HEIGHT = 1e3  # m; what a goal as large as the site is taken to hold
+
+
+class Site:
+    """The site as last seen; arrays are [row, col].
+
+    `height`, `target` and `excess` (soil to take away) [m]; `fill` (soil missing) [m]; `solid` bool; `goals`, the
+    connected goal regions as bool masks, and `depth`, how far inside its goal each cell lies [m]; `pose`, a dict of
+    physical values (see `dirt_env.task.observation`).
+    """
+
+    def __init__(self, config: SceneConfig) -> None:
+        self.grid, self.soil, self.blade, self.machine = config.grid, config.soil, config.blade, config.machine
+        self.period = config.task.period
+        self.rated = 0.8 * self.blade.width * self.blade.height**2  # m3, SAE J1265
+        self._table = pose_table(self.grid, self.blade, self.machine)
+        axes = centres(self.grid)
+        self.x, self.y = (np.broadcast_to(axis, (self.grid.rows, self.grid.cols)) for axis in axes)
+        self._design = None if config.design is None else rasterize(config.design.region, self.grid, "design.region")
+        self.target: np.ndarray | None = None
+
+    def forget(self) -> None:
+        """Start an episode."""
+        self.target = None
+
+    def see(self, observation) -> None:
+        """Take in an observation with a map."""
+        if "map" not in observation:
+            raise ValueError('the observation has no map; allowed: one made with observation={"map": True}')
+        height, todo = observation["map"][:2]
+        if self.target is None:
+            self._survey(height, todo, observation["map"])
+        self.height = height
+        self.pose = read_pose(observation["pose"], self._table)
+        self.fill = np.where(self.goal, 0.0, np.maximum(-todo, 0.0))
+        self.excess = np.where(self.goal, 0.0, np.maximum(todo, 0.0))
+
+    def _survey(self, height: np.ndarray, todo: np.ndarray, site: np.ndarray) -> None:
+        """What stays the same in an episode: target, goals, solid cells, distances to them."""
+        self.solid = site[2] > 0.5 if len(site) > 2 else np.zeros(height.shape, bool)
+        self.goal = (todo == np.float32(-self.blade.height)) & ~self.solid
+        if self._design is not None:
+            self.goal &= ~self._design
+        self.target = np.where(self.goal, height, height - todo)
+        self.goals = list(_parts(self.goal))
+        self.depth = np.minimum(distance_inside(self.goal, self.grid.cell), MOST_HEIGHT)
+        self.gap = distance_outside(self.solid, self.grid.cell) - 0.5 * self.grid.cell
+        self.capacity = [
+            float(np.minimum(self.soil.slope * self.depth[goal], MOST_HEIGHT).sum()) * self.grid.cell**2
+            for goal in self.goals
+        ]
+
+    def room(self) -> np.ndarray:
+        """What each goal can still take [m3]: what it holds at repose less what lies in it."""
+        area = self.grid.cell**2
+        inside = [float((self.height - self.target)[goal].sum()) * area for goal in self.goals]
+        return np.array(self.capacity) - inside
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size of the site to the east and to the north [m]."""
+        return self.grid.cols * self.grid.cell, self.grid.rows * self.grid.cell
+
+    @property
+    def turning_radius(self) -> float:
+        """Of the circle about the pivot that holds blade and tracks [m]."""
+        blade, machine = self.blade, self.machine
+        return float(max(np.hypot(blade.reach, 0.5 * blade.width), 0.5 * np.hypot(machine.length, machine.width)))
+
+    def blade_at(self) -> tuple[float, float]:
+        """Centre of the blade x, y [m]."""
+        pose, reach = self.pose, self.blade.reach
+        return pose["x"] + reach * cos(pose["heading"]), pose["y"] + reach * sin(pose["heading"])
+
+    def cell_at(self, x: float, y: float) -> tuple[int, int]:
+        """Row and column of the cell at a point, or of the nearest one."""
+        cell, grid = self.grid.cell, self.grid
+        return min(max(int(y // cell), 0), grid.rows - 1), min(max(int(x // cell), 0), grid.cols - 1)
+
+
+def _parts(region: np.ndarray):
+    """Connected parts (over edges) of a mask, from south to north."""
+    rest = region.copy()
+    while rest.any():
+        part = np.zeros_like(rest)
+        part.flat[np.argmax(rest)] = True
+        size = 0
+        while size != (size := int(part.sum())):
+            grown = part.copy()
+            grown[1:] |= part[:-1]
+            grown[:-1] |= part[1:]
+            grown[:, 1:] |= part[:, :-1]
+            grown[:, :-1] |= part[:, 1:]
+            part = grown & rest
+        yield part
+        rest &= ~part

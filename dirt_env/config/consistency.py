@@ -1,0 +1,119 @@
+"""Checks between the tables of a scene, and what follows from all of them."""
+
+import warnings
+from math import ceil
+
+import numpy as np
+
+from dirt_env.config.episode import layout, plan
+from dirt_env.config.scene import SceneConfig
+from dirt_env.scene import fixed
+from dirt_env.scene.ground import Rough, face_slopes
+from dirt_env.scene.survey import HeightFile
+
+MOST_CELLS = 2**24
+SECONDS_PER_M3 = 20.0  # a fair machine's pace, for jobs that name no time
+
+
+def check(config: SceneConfig) -> None:
+    """Errors for tables that do not go together; a warning for a goal without room and for ground that will slump."""
+    _check_site(config)
+    _check_machine(config)
+    _check_ground(config)
+    if config.layout is not None:
+        _check_random(config)
+    else:
+        _check_fixed(config)
+
+
+def nominal_time(config: SceneConfig) -> float:
+    """Time for the job where the scene names none, s: 20 s for each m3 of the largest job, in whole minutes."""
+    if config.layout is not None:
+        soil = config.layout.heaps[1] * config.layout.volume[1]
+    else:
+        soil = layout(config, np.random.default_rng(0)).soil
+    return 60.0 * ceil(SECONDS_PER_M3 * soil / 60 - 1e-9)
+
+
+def _check_site(config: SceneConfig) -> None:
+    cell = config.site.cell
+    for length in config.site.size:
+        if abs(length / cell - round(length / cell)) > 1e-6 or round(length / cell) < 1:
+            nearest = max(1, round(length / cell)) * cell
+            raise ValueError(
+                f"site.size is {list(config.site.size)} m, no whole number of cells of site.cell {cell:g} m; "
+                f"allowed: for instance {nearest:g} for {length:g}"
+            )
+    rows, cols, _ = config.grid
+    if rows * cols > MOST_CELLS:
+        raise ValueError(f"site.size and site.cell make {rows} x {cols} cells; allowed: at most {MOST_CELLS} in all")
+
+
+def _check_machine(config: SceneConfig) -> None:
+    blade, machine, cell = config.blade, config.machine, config.site.cell
+    if blade.width < 2 * cell:
+        raise ValueError(
+            f"blade.width is {blade.width:g} m; allowed: >= {2 * cell:g} m, two cells of site.cell {cell:g} m"
+        )
+    room = min(config.site.size)
+    need = max(machine.length / 2 + max(blade.reach, machine.length / 2), blade.width, machine.width)
+    if need > room:
+        raise ValueError(f"machine and blade take {need:g} m; allowed: at most the site's {room:g} m (site.size)")
+
+
+def _check_ground(config: SceneConfig) -> None:
+    slope = config.soil.slope
+    if isinstance(config.ground, Rough):
+        _check_length("ground.length", config.ground.length, config.site.cell)
+    if not isinstance(config.ground, HeightFile):
+        if config.ground.steepest() > slope:
+            raise ValueError(
+                f"ground is as steep as {config.ground.steepest():.3f}; allowed: at most {slope:.3f}, "
+                "the slope of soil.repose"
+            )
+        return
+    survey = config.ground.survey(config.grid)
+    walled = config.ground.nodata == "wall"
+    found = face_slopes(np.where(survey.missing, np.nan, survey.height) if walled else survey.height, config.site.cell)
+    steep = int((found > slope * (1 + config.soil.tolerance)).sum())
+    if steep:
+        warnings.warn(
+            f"the ground is steeper than its soil's repose ({slope:.2f}) at {steep} of {found.size} cell faces, "
+            f"at most {found.max():.2f}: there it will slump; a larger soil.repose keeps it",
+            stacklevel=4,
+        )
+
+
+def _check_length(key: str, length: float, cell: float) -> None:
+    if length < 2 * cell:
+        raise ValueError(f"{key} is {length:g} m; allowed: >= {2 * cell:g} m, two cells of site.cell {cell:g} m")
+
+
+def _check_random(config: SceneConfig) -> None:
+    _check_length("layout.rough_length", config.layout.rough_length, config.site.cell)
+    if config.starts or config.goals or config.design or config.obstacles:
+        raise ValueError("layout is random and start, goal, design or obstacle are given; allowed: one or the other")
+    if fixed.walled(config.ground, config.grid) is not None:
+        raise ValueError('ground.nodata is "wall" and the layout is random; allowed: "fill", or fixed starts and goals')
+    if config.layout.room < 1:
+        warnings.warn(
+            f"layout.room is {config.layout.room:g}: a goal for a heap of {config.layout.volume[1]:.1f} m3 may hold "
+            f"only {config.layout.room * config.layout.volume[1]:.1f} m3",
+            stacklevel=4,
+        )
+    layout(config, np.random.default_rng(0))
+
+
+def _check_fixed(config: SceneConfig) -> None:
+    for index, start in enumerate(config.starts):
+        given = [name for name in ("volume", "depth", "dig") if getattr(start, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"start[{index}] has {' and '.join(given) or 'no amount'}; allowed: one of volume m3, depth m, dig m"
+            )
+    if not config.design and not (config.starts and config.goals):
+        raise ValueError(
+            f"the scene has {len(config.starts)} start and {len(config.goals)} goal; "
+            "allowed: at least one of each, or a design"
+        )
+    fixed.check(plan(config), config.pose)

@@ -1,0 +1,31 @@
+"""The start of an episode: the scene's fixed layout, or a random one."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from dirt_env.config.scene import SceneConfig
+from dirt_env.scene import fixed
+from dirt_env.scene.layout import Layout
+from dirt_env.scene.sampling import sample
+
+
+def layout(config: SceneConfig, rng: np.random.Generator) -> Layout:
+    """A new layout; its arrays belong to the caller. Only `rng` makes one differ from another of the same scene."""
+    if config.layout is not None:
+        return sample(config.layout, config.setting, config.ground, rng)
+    return fixed.lay_out(plan(config), config.pose, rng)
+
+
+@lru_cache(maxsize=32)
+def plan(config: SceneConfig) -> fixed.Plan:
+    """What all episodes of a fixed scene share; worked out once."""
+    return fixed.plan(
+        config.setting,
+        config.ground,
+        config.starts,
+        config.goals,
+        config.design,
+        config.obstacles,
+        config.pose == "random",
+    )

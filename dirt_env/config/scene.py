@@ -1,0 +1,63 @@
+"""The validated scene: one frozen value that holds everything an environment is made from."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
+from dirt_env.scene.design import Design
+from dirt_env.scene.fixed import Goal, Ground, Start
+from dirt_env.scene.layout import Setting
+from dirt_env.scene.obstacles import Obstacle
+from dirt_env.scene.sampling import Sampler
+from dirt_env.sim.params import Blade, Grid, Machine, Soil
+
+FIELDS = {"start": "starts", "goal": "goals", "obstacle": "obstacles"}  # attribute of a key, where it differs
+
+
+@dataclass(frozen=True)
+class SceneConfig:
+    """One scene. Made by `dirt_env.config.load`, which checks it; equal, hashable and picklable by value."""
+
+    name: str
+    description: str
+    site: Site
+    ground: Ground
+    soil: Soil
+    blade: Blade
+    machine: Machine
+    pose: tuple[float, float, float] | str  # x m, y m, heading degrees; or "behind" or "random"
+    starts: tuple[Start, ...]
+    goals: tuple[Goal, ...]
+    design: Design | None
+    obstacles: tuple[Obstacle, ...]
+    layout: Sampler | None  # None: the starts and goals above
+    task: Task
+    observation: Observation
+    reward: Reward
+
+    @property
+    def grid(self) -> Grid:
+        """The site's raster."""
+        return Grid(
+            round(self.site.size[1] / self.site.cell), round(self.site.size[0] / self.site.cell), self.site.cell
+        )
+
+    @property
+    def has_walls(self) -> bool:
+        """Whether an episode of this scene may have solid cells: obstacles, or ground without data."""
+        if self.layout is not None:
+            return self.layout.obstacles[1] > 0
+        return bool(self.obstacles) or getattr(self.ground, "nodata", None) == "wall"
+
+    @property
+    def setting(self) -> Setting:
+        """What a layout has to suit."""
+        return Setting(self.grid, self.soil.slope, self.blade, self.machine)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data (numbers, texts, lists, dicts) that `load` takes back; file paths are absolute."""
+        values = {key: getattr(self, FIELDS.get(key, key)) for key in SCENE}
+        plain = {key: SCENE[key].write(value) for key, value in values.items() if value is not None and value != ()}
+        if self.layout is None:
+            plain["machine"]["pose"] = POSE.write(self.pose)
+        return plain

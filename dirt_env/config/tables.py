@@ -1,0 +1,270 @@
+"""The tables of a scene file: their keys, units and ranges. Defaults stand in the classes that the tables build.
+
+docs/scenes.md is the same for people.
+"""
+
+from dataclasses import dataclass
+from math import atan, degrees, radians, tan
+
+from dirt_env.config.rules import (
+    Choice,
+    Either,
+    FilePath,
+    Flag,
+    Kinds,
+    Many,
+    Number,
+    Points,
+    Rule,
+    Span,
+    Table,
+    Text,
+    Vector,
+)
+from dirt_env.scene.design import Design
+from dirt_env.scene.fixed import Goal, Start
+from dirt_env.scene.ground import Flat, Mounds, Ridge, Rough
+from dirt_env.scene.obstacles import Block, Post, Wall
+from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
+from dirt_env.scene.sampling import LEVELS, Sampler
+from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.params import Blade, Machine, Soil
+
+
+@dataclass(frozen=True)
+class Site:
+    """The site: `size` [east, north] m, square cells of `cell` m, and what its border does with soil."""
+
+    size: tuple[float, float] = (32.0, 32.0)
+    cell: float = 0.5
+    border: str = "wall"
+
+
+@dataclass(frozen=True)
+class Task:
+    """The job: control step `period` s, nominal `time` s, and the share in the goal that counts as `success`."""
+
+    period: float = 0.5
+    time: float | None = None
+    success: float = 0.95
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What the machine sees: patches of `size` x `size` pixels of `resolution` m, the share `ahead` of it in front.
+
+    Heights in them end at `height_limit` m either way; `overview` and `map` add pictures of the whole site.
+    """
+
+    size: int = 32
+    resolution: float | None = None
+    ahead: float = 0.7
+    height_limit: float = 5.0
+    overview: bool = False
+    map: bool = False
+
+
+@dataclass(frozen=True)
+class Reward:
+    """Weights of the reward's terms."""
+
+    work: float = 10.0
+    energy: float = 0.2
+    time: float = 1.0
+    spill: float = 5.0
+    success: float = 1.0
+
+
+METRES = Number(0, unit="m", above=True)
+HEIGHT = Number(unit="m")
+DEGREES = Number(unit="degrees")
+SEED = Number(0, whole=True)
+SHARE = Number(0, 1, above=True)
+WEIGHT = Number()
+
+
+class Repose(Number):
+    """An angle of repose in degrees, kept as its tangent; 12 decimals count, so that it survives being written back."""
+
+    def read(self, value, key, folder) -> float:
+        return tan(radians(round(super().read(value, key, folder), 12)))
+
+    def write(self, value) -> float:
+        return round(degrees(atan(value)), 12)
+
+
+def _soil(slope: float = Soil().slope, friction: float | None = None, **rest: float) -> Soil:
+    """Soil whose friction on itself is that of its repose, if nothing else is said."""
+    return Soil(slope=slope, friction=slope if friction is None else friction, **rest)
+
+
+def _sampler(level: int = 1, **numbers) -> Sampler:
+    """A level's preset, with the given numbers in place of its own."""
+    return Sampler(**{**vars(LEVELS[level]), **numbers})
+
+
+REGION = Kinds(
+    {
+        "circle": Table(Circle, {"center": Vector(2), "radius": METRES}, ("center", "radius")),
+        "rectangle": Table(
+            Rectangle, {"center": Vector(2), "size": Vector(2, METRES), "angle": DEGREES}, ("center", "size")
+        ),
+        "polygon": Table(Polygon, {"points": Points()}, ("points",)),
+        "mask": Table(Mask, {"path": FilePath()}, ("path",)),
+    }
+)
+
+RANDOM_HEIGHT = Span(Number(0, unit="m"))
+GROUND = Kinds(
+    {
+        "flat": Table(Flat, {}),
+        "mounds": Table(
+            Mounds,
+            {"count": Span(Number(0, 1000, whole=True)), "height": RANDOM_HEIGHT, "radius": Span(METRES), "seed": SEED},
+        ),
+        "ridge": Table(
+            Ridge, {"height": RANDOM_HEIGHT, "width": METRES, "center": Vector(2), "angle": DEGREES, "seed": SEED}
+        ),
+        "rough": Table(Rough, {"height": RANDOM_HEIGHT, "length": METRES, "seed": SEED}),
+        "file": Table(
+            HeightFile,
+            {
+                "path": FilePath(),
+                "crop": Vector(4),
+                "nodata": Choice(("wall", "fill")),
+                "nodata_value": Number(),
+                "scale": Number(),
+                "offset": HEIGHT,
+                "first_row": Choice(("north", "south")),
+                "pixel": METRES,
+                "array": Text(),
+                "band": Number(1, whole=True),
+            },
+            ("path",),
+        ),
+    },
+    default="flat",
+)
+
+SITE = Table(Site, {"size": Vector(2, METRES), "cell": METRES, "border": Choice(("wall", "open"))})
+
+SOIL = Table(
+    _soil,
+    {
+        "repose": Repose(0, 90, "degrees", below=True),
+        "density": Number(0, unit="kg/m3", above=True),
+        "friction": Number(0),
+        "tolerance": Number(0, 0.1, above=True),
+    },
+    fields={"repose": "slope"},
+)
+
+BLADE = Table(Blade, {"width": METRES, "height": METRES, "reach": Number(0, unit="m")})
+
+MACHINE = Table(
+    Machine,
+    {
+        "length": METRES,
+        "width": METRES,
+        "speed": Number(0, unit="m/s", above=True),
+        "yaw_rate": Number(0, unit="rad/s", above=True),
+        "cut": Number(0, unit="m"),
+        "lift": METRES,
+        "edge_rate": Number(0, unit="m/s", above=True),
+    },
+)
+
+POSE = Either(Choice(("behind", "random")), Vector(3, Number()), "[x m, y m, heading in degrees]")
+
+START = Table(
+    Start,
+    {
+        "region": REGION,
+        "volume": Span(Number(0, unit="m3", above=True)),
+        "depth": Span(METRES),
+        "dig": Span(METRES),
+    },
+    ("region",),
+)
+
+GOAL = Table(Goal, {"region": REGION}, ("region",))
+
+DESIGN = Table(
+    Design,
+    {
+        "region": REGION,
+        "height": Either(Choice(("balance",)), HEIGHT, "a number of metres"),
+        "slope": Vector(2, Number()),
+        "path": FilePath(),
+        "tolerance": METRES,
+    },
+    ("region",),
+)
+
+OBSTACLE = Kinds(
+    {
+        "post": Table(Post, {"center": Vector(2), "radius": METRES}, ("center",)),
+        "wall": Table(
+            Wall,
+            {"from": Vector(2), "to": Vector(2), "width": METRES},
+            ("from", "to"),
+            {"from": "start", "to": "end"},
+        ),
+        "region": Table(Block, {"region": REGION}, ("region",)),
+    }
+)
+
+LAYOUT = Table(
+    _sampler,
+    {
+        "level": Number(0, len(LEVELS) - 1, whole=True),
+        "heaps": Span(Number(1, 64, whole=True)),
+        "volume": Span(Number(0, unit="m3", above=True)),
+        "haul": Span(METRES),
+        "machine": Choice(("behind", "anywhere")),
+        "rough": Span(Number(0, unit="m")),
+        "rough_length": METRES,
+        "obstacles": Span(Number(0, 64, whole=True)),
+        "obstacle_radius": Span(METRES),
+        "goal_radius": Span(METRES),
+        "room": Number(0, above=True),
+        "back_off": Number(0, unit="m"),
+        "lane": Number(0, unit="m"),
+    },
+)
+
+TASK = Table(
+    Task, {"period": Number(0, 10, "s", above=True), "time": Number(0, unit="s", above=True), "success": SHARE}
+)
+
+OBSERVATION = Table(
+    Observation,
+    {
+        "size": Number(4, 512, "pixels", whole=True),
+        "resolution": METRES,
+        "ahead": Number(0, 1),
+        "height_limit": METRES,
+        "overview": Flag(),
+        "map": Flag(),
+    },
+)
+
+REWARD = Table(Reward, dict.fromkeys(("work", "energy", "time", "spill", "success"), WEIGHT))
+
+SCENE: dict[str, Rule] = {
+    "name": Text(),
+    "description": Text(),
+    "site": SITE,
+    "ground": GROUND,
+    "soil": SOIL,
+    "blade": BLADE,
+    "machine": MACHINE,
+    "start": Many(START),
+    "goal": Many(GOAL),
+    "design": DESIGN,
+    "obstacle": Many(OBSTACLE),
+    "layout": LAYOUT,
+    "task": TASK,
+    "observation": OBSERVATION,
+    "reward": REWARD,
+}

@@ -1,0 +1,250 @@
+"""`DirtPush-v0`: a machine with a blade moves soil to where it belongs."""
+
+import json
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+
+from dirt_env.config import layout as draw_layout
+from dirt_env.config import load
+from dirt_env.episode import Episode
+from dirt_env.observer import Observer
+from dirt_env.snapshot import pack, unpack
+from dirt_env.task.observation import read_pose
+from dirt_env.task.reward import TERMS
+
+RESET_OPTIONS = ("layout_seed", "pose")
+
+
+class DirtPushEnv(gymnasium.Env):
+    """A tracked machine with a straight blade pushes soil from start regions into goal regions, or to a design surface.
+
+    ## Action space
+    `Box(-1, 1, (3,), float32)`; values outside count as clipped, NaN and infinity are refused.
+
+    | # | action | -1 | 0 | 1 |
+    |---|---|---|---|---|
+    | 0 | steering | turn right at `machine.yaw_rate` (0.6 rad/s) | straight | turn left |
+    | 1 | speed | reverse at `machine.speed` (2 m/s) | stand | forward |
+    | 2 | blade | cut `machine.cut` (0.25 m) deep: *dig* | at grade: *push* | lift `machine.lift`: *navigate* |
+
+    The cutting edge goes to its height over the plane of the tracks at no more than `machine.edge_rate` (0.5 m/s).
+
+    ## Observation space
+    `Dict` of float32 arrays, always finite and inside their bounds.
+
+    `patch` (2 or 3, P, P): the ground around the machine, heading up: row 0 is farthest ahead, column 0 farthest left,
+    `observation.resolution` m a pixel, with the share `observation.ahead` of its rows ahead of the pivot.
+
+    | channel | content | unit |
+    |---|---|---|
+    | 0 | height over the ground under the machine, within 4 m | m |
+    | 1 | what is to do: soil to take away (positive), soil missing (negative), 0 elsewhere | m |
+    | 2 | 1 on obstacles and outside the site; only in scenes that can have obstacles | - |
+
+    Outside the site channel 0 shows a wall as high as the blade, or as deep a drop where the border is open. What is to
+    do in the goal is minus the blade's height, for soil is welcome there; on a design surface, height minus design.
+
+    `pose` (15,): (physical value - offset) / scale, clipped. `env.unwrapped.read_pose(pose)` turns it back.
+
+    | # | entry | unit | scale | bounds |
+    |---|---|---|---|---|
+    | 0, 1 | x, y in the site, from its centre | m | half the site's extent | -1, 1 |
+    | 2, 3 | sine and cosine of the heading, counter-clockwise from east | - | 1 | -1, 1 |
+    | 4 | cutting edge over the plane of the tracks | m | the larger of cut and lift | -2, 2 |
+    | 5 | speed, forward positive | m/s | `machine.speed` | -2, 2 |
+    | 6 | yaw rate, left positive | rad/s | `machine.yaw_rate` | -2, 2 |
+    | 7, 8 | slope under the tracks along the heading and to the left, up positive | - | 1 | -2, 2 |
+    | 9 | soil ahead of the blade | m3 | 0.8 width height^2 of the blade (SAE J1265) | 0, 5 |
+    | 10, 11 | direction to the nearest goal's centre, ahead and left: a unit vector | - | 1 | -1, 1 |
+    | 12 | distance to that centre | m | diagonal of the site | 0, 1 |
+    | 13 | share of the soil still to move | - | 1 | 0, 2 |
+    | 14 | share of `task.time` left | - | 1 | 0, 1 |
+
+    `overview` (2, 12, 12), if `observation.overview`: the whole site around the machine, heading up, in squares that
+    together are as wide as its longer side; what lies farther out counts to the outermost squares. Channel 0: soil to
+    move, as share of all the soil; channel 1: share of the goal's area.
+
+    `map` (2 or 3, rows, cols), if `observation.map`: the site, north up in row order from the south. Height over the
+    datum [m], and channels 1 and 2 as in the patch. For scripted behaviours that see everything.
+
+    ## Dynamics
+    A height field of `site.cell` m that never gets steeper than the angle of repose; its volume is exact to the last
+    bit. A control step lasts `task.period` seconds, in as many substeps as the blade needs. The blade cuts, pushes,
+    carries and spills; border walls and obstacles stop the machine.
+
+    ## Reward
+    The sum of the terms of `info["reward"]` times the weights of the same names in the scene's table `reward`.
+
+    | term | content |
+    |---|---|
+    | work | fall of the potential, as share of what it was at the start: 1 for the whole job, 0 for any loop |
+    | energy | minus the work on the soil, as share of what dragging all of it straight to the goal takes |
+    | time | minus the share of `task.time` that a step takes |
+    | spill | minus the soil lost over an open border, as share of all the soil |
+    | success | 1 in the step that completes the job |
+
+    The potential is the sum of misplaced volume times its distance to the goal, round obstacles; with a design surface
+    soil that is missing counts too, times the mean way that soil has to go there.
+
+    ## Start and end
+    `reset` draws a layout from the scene with the environment's generator. Options: `layout_seed` (int) draws it from a
+    generator of its own instead; `pose` (x m, y m, heading rad) puts the machine elsewhere. The episode terminates with
+    `info["is_success"]` when the share `task.success` of the soil is in the goal, or the design surface is within its
+    tolerance. It is never truncated here; `gymnasium.make` does that after `max_episode_steps` (600).
+
+    ## Info
+    Plain numbers: `share_in_goal`, `volume_moved_m3`, `misplaced_m3`, `spilled_m3` (soil that lies neither in start nor
+    in goal nor in design regions where there was none, or is lost), `lost_m3`, `grade_error_m` (root mean square),
+    `work_kj`, `distance_m`, `time_s` since the start; `load_m3`, `draft_kn` (mean force on the blade) and `blocked`
+    (share of the step in which the machine was held) of the last step; `is_success`; the dict `reward`.
+
+    ## Arguments
+    `scene`: name of a shipped scene, path of a TOML file, or a mapping (default "heap"). `render_mode`: None,
+    "rgb_array" or "human". Everything else overrides a table or key of the scene, as in
+    `gymnasium.make("DirtPush-v0", scene="heap", level=2, soil={"repose": 30}, observation={"size": 48})`.
+
+    ## Versions
+    v0: first.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
+
+    def __init__(self, render_mode: str | None = None, scene: Any = "heap", **overrides: Any) -> None:
+        """Read and check the scene; raises ValueError that names what is wrong and what is allowed."""
+        modes = self.metadata["render_modes"]
+        if render_mode is not None and render_mode not in modes:
+            raise ValueError(f"render_mode is {render_mode!r}; allowed: None, {', '.join(modes)}")
+        self.render_mode = render_mode
+        self.config = load(scene, **overrides)
+        self._observer = Observer(self.config)
+        self._weights = tuple((name, getattr(self.config.reward, name)) for name in TERMS)
+        self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
+        self.observation_space = spaces.Dict(
+            {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in self._observer.bounds.items()}
+        )
+        self._episode: Episode | None = None
+        self._picture = self._window = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Start an episode on a new layout; options: see RESET_OPTIONS and the class."""
+        layout_seed, pose = _read_options(options)
+        super().reset(seed=seed)
+        generator = self.np_random if layout_seed is None else np.random.default_rng(layout_seed)
+        layout = draw_layout(self.config, generator)
+        if pose is not None:
+            layout = layout._replace(pose=pose)
+        self._episode = Episode.begin(self.config, layout)
+        self._picture = None
+        if self.render_mode == "human":
+            self.render()
+        return self._observer.look(self._episode), self._episode.info()
+
+    def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """One control step of `task.period` seconds; raises ValueError, and changes nothing, if the action is bad."""
+        episode = self.episode
+        terms = episode.act(action)
+        info = episode.info()
+        info["reward"] = terms
+        reward = 0.0
+        for name, weight in self._weights:
+            reward += weight * terms[name]
+        if self.render_mode == "human":
+            self.render()
+        return self._observer.look(episode), reward, info["is_success"], False, info
+
+    def render(self) -> np.ndarray | None:
+        """Picture of the site, uint8 (height, width, 3); in the mode "human" it is shown in a window instead."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render_mode; make the environment with one of rgb_array, human")
+            return None
+        world = self.episode.world
+        frame = self.picture.frame(world.height, world.machine[0])
+        if self.render_mode == "rgb_array":
+            return frame
+        if self._window is None:
+            from dirt_env.render.window import Window  # brings in pygame
+
+            self._window = Window("DirtPush")
+        self._window.show(frame, self.metadata["render_fps"])
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    @property
+    def episode(self) -> Episode:
+        """The episode that is under way; raises ResetNeeded before the first reset."""
+        if self._episode is None:
+            raise ResetNeeded("Cannot call env.step() or env.render() before calling env.reset()")
+        return self._episode
+
+    @property
+    def picture(self) -> Any:
+        """Draws the site of the current episode."""
+        if self._picture is None:
+            from dirt_env.render.picture import Picture
+
+            place, config = self.episode.layout, self.config
+            regions = place.start, place.goal, place.design, place.solid, place.target
+            self._picture = Picture(config.grid.cell, *regions, config.blade, config.machine)
+        return self._picture
+
+    def read_pose(self, pose: np.ndarray) -> dict[str, float]:
+        """The observation's pose vector in physical units, by name; `heading` [rad] is added."""
+        return read_pose(pose, self._observer.table)
+
+    def get_state(self) -> bytes:
+        """All that the future depends on, the generator too, for `set_state` of an environment of the same scene."""
+        tree = {
+            "config": _fingerprint(self.config),
+            "generator": self.np_random.bit_generator.state,
+            "seed": self._np_random_seed,
+            "episode": self.episode.to_tree(),
+        }
+        return pack(tree)
+
+    def set_state(self, state: bytes) -> None:
+        """Go on from a state of `get_state`; raises ValueError if it is damaged or of another scene."""
+        tree = unpack(state)
+        if tree["config"] != _fingerprint(self.config):
+            raise ValueError("state comes from a differently configured scene; allowed: states of this one")
+        episode = Episode.from_tree(self.config, tree["episode"])
+        self.np_random.bit_generator.state = tree["generator"]
+        self._episode = episode
+        self._np_random_seed = tree["seed"]
+        self._picture = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What pickle and deepcopy take along: everything but what was only drawn."""
+        return {**self.__dict__, "_picture": None, "_window": None}
+
+
+def _fingerprint(config: Any) -> str:
+    """The configuration as text."""
+    return json.dumps(config.to_dict(), sort_keys=True)
+
+
+def _read_options(options: dict[str, Any] | None) -> tuple[int | None, tuple[float, float, float] | None]:
+    """The reset options layout_seed and pose; raises ValueError for any other."""
+    options = dict(options or {})
+    for name in options:
+        if name not in RESET_OPTIONS:
+            raise ValueError(f"reset option {name!r} is unknown; known: {', '.join(RESET_OPTIONS)}")
+    seed, pose = options.get("layout_seed"), options.get("pose")
+    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
+        raise ValueError(f"reset option layout_seed is {seed!r}; allowed: an integer >= 0")
+    if pose is not None:
+        values = np.asarray(pose, np.float64)
+        if values.shape != (3,) or not np.isfinite(values).all():
+            raise ValueError(f"reset option pose is {pose!r}; allowed: x m, y m, heading rad")
+        pose = tuple(values.tolist())
+    return seed, pose

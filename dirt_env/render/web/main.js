@@ -1,0 +1,215 @@
+// Puts it together: one clock, one camera, one renderer. The address may say #at=60&camera=follow&episode=1&renderer=canvas.
+
+const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32];
+const wish = new URLSearchParams(location.hash.slice(1));
+
+class Player {
+  constructor(replay) {
+    this.replay = replay;
+    this.panel = new Panel(replay);
+    this.decoded = new Map();
+    this.tall = 1;
+    this.makeRenderer(wish.get("renderer") !== "canvas");
+    this.listen();
+  }
+
+  makeRenderer(withCard) {
+    const { machine, blade } = this.replay, stage = byId("stage");
+    const fresh = () => { const canvas = document.createElement("canvas"); canvas.tabIndex = 0; stage.replaceChildren(canvas); return canvas; };
+    try {
+      if (!withCard) throw new Error("not wanted");
+      this.renderer = new GlRenderer(fresh(), machine, blade);
+      this.renderer.canvas.addEventListener("webglcontextlost", () => this.makeRenderer(false));
+    } catch {
+      this.renderer = new FlatRenderer(fresh(), machine, blade);
+    }
+    this.steer(this.renderer.canvas);
+    if (this.episode) this.renderer.setEpisode(this.episode);
+    this.dirty = true;
+    document.documentElement.dataset.renderer = this.renderer.name;
+  }
+
+  async choose(number) {
+    if (!this.decoded.has(number)) this.decoded.set(number, decodeEpisode(this.replay.episodes[number]));
+    const episode = await this.decoded.get(number);
+    this.number = number;
+    this.episode = episode;
+    byId("episode").selectedIndex = number;
+    this.panel.setEpisode(episode);
+    this.renderer.setEpisode(episode);
+    const camera = new Camera([episode.cols * episode.cell, episode.rows * episode.cell]);
+    camera.reset(this.camera && this.camera.view !== "free" ? this.camera.view : "overview");
+    this.camera = camera;
+    this.seconds = episode.times[0];
+    this.dirty = true;
+  }
+
+  // The present moment: which two recorded ones, how far between them, and the pose blended.
+  moment() {
+    const { times, frames, poses } = this.episode;
+    let first = 0;
+    for (let low = 0, high = frames - 1; low <= high;) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= this.seconds) { first = middle; low = middle + 1; } else high = middle - 1;
+    }
+    const next = Math.min(first + 1, frames - 1), gap = times[next] - times[first];
+    const share = gap > 0 ? Math.min(1, Math.max(0, (this.seconds - times[first]) / gap)) : 0;
+    const pose = {};
+    for (const name in poses) pose[name] = poses[name][first] + share * (poses[name][next] - poses[name][first]);
+    const driven = pose.x * Math.cos(pose.heading) + pose.y * Math.sin(pose.heading);
+    return { first, share, pose, driven, tall: this.tall };
+  }
+
+  tick(now) {
+    const passed = Math.min(0.1, (now - (this.before ?? now)) / 1000);
+    this.before = now;
+    const end = this.episode.times[this.episode.frames - 1];
+    if (this.playing) {
+      this.seconds = Math.min(end, this.seconds + passed * this.speed);
+      if (this.seconds >= end) this.play(false);
+      this.dirty = true;
+    }
+    if (this.fit() || this.dirty) {
+      const moment = this.moment(), { x, y, z, heading } = moment.pose;
+      this.dirty = this.camera.track([x, y, z + 0.8], heading, passed);
+      this.renderer.draw(this.camera, moment);
+      this.panel.show(moment.first, this.seconds);
+    }
+    requestAnimationFrame((next) => this.tick(next));
+  }
+
+  fit() {
+    const { canvas } = this.renderer, ratio = Math.min(2, window.devicePixelRatio || 1);
+    const wide = Math.max(1, Math.round(canvas.clientWidth * ratio)), high = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width === wide && canvas.height === high) return false;
+    Object.assign(canvas, { width: wide, height: high });
+    return true;
+  }
+
+  play(on) {
+    const { times, frames } = this.episode;
+    if (on && this.seconds >= times[frames - 1]) this.seconds = times[0];
+    this.playing = on;
+    byId("play").classList.toggle("playing", on);
+    this.dirty = true;
+  }
+
+  seek(seconds) {
+    const { times, frames } = this.episode;
+    this.seconds = Math.min(times[frames - 1], Math.max(times[0], seconds));
+    this.dirty = true;
+  }
+
+  step(by) {
+    this.play(false);
+    const { first } = this.moment(), { times, frames } = this.episode;
+    this.seek(times[Math.min(frames - 1, Math.max(0, first + by))]);
+  }
+
+  setView(view) {
+    this.camera.reset(view);
+    for (const button of document.querySelectorAll("[data-view]")) button.classList.toggle("on", button.dataset.view === view);
+    this.dirty = true;
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    byId("speed").value = String(speed);
+  }
+
+  setTall(tall) {
+    this.tall = Math.min(4, Math.max(1, tall));
+    byId("tall").value = this.tall;
+    byId("tall-value").textContent = this.tall;
+    this.dirty = true;
+  }
+
+  listen() {
+    for (const speed of SPEEDS) byId("speed").append(new Option(`${speed}×`, speed));
+    byId("play").onclick = () => this.play(!this.playing);
+    byId("scrub").oninput = (event) => { this.play(false); this.seek(Number(event.target.value)); };
+    byId("speed").onchange = (event) => this.setSpeed(Number(event.target.value));
+    byId("tall").oninput = (event) => this.setTall(Number(event.target.value));
+    byId("help").onclick = () => { byId("keys").hidden = !byId("keys").hidden; };
+    byId("episode").onchange = (event) => this.choose(event.target.selectedIndex);
+    byId("chart").onclick = (event) => this.seek(this.episode.times[this.episode.frames - 1] * (event.offsetX - 34) / (event.target.clientWidth - 42));
+    for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => this.setView(button.dataset.view);
+    window.addEventListener("keydown", (event) => this.key(event));
+    window.addEventListener("resize", () => { this.dirty = true; });
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
+    const faster = (by) => this.setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, SPEEDS.indexOf(this.speed) + by))]);
+    const count = this.replay.episodes.length, { times, frames } = this.episode;
+    const keys = {
+      " ": () => this.play(!this.playing), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1),
+      Home: () => this.seek(times[0]), End: () => this.seek(times[frames - 1]), "[": () => faster(-1), "]": () => faster(1),
+      1: () => this.setView("overview"), 2: () => this.setView("follow"), 3: () => this.setView("top"),
+      "+": () => this.setTall(this.tall + 0.25), "=": () => this.setTall(this.tall + 0.25), "-": () => this.setTall(this.tall - 0.25),
+      n: () => this.choose((this.number + 1) % count), p: () => this.choose((this.number + count - 1) % count),
+      "?": () => byId("help").click(),
+    };
+    if (!(event.key in keys)) return;
+    event.preventDefault();
+    keys[event.key]();
+  }
+
+  // Mouse, pen and touch: one pointer turns (or moves, with shift or the right button), two move and zoom.
+  steer(canvas) {
+    const held = new Map();
+    const spread = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
+    canvas.oncontextmenu = (event) => event.preventDefault();
+    canvas.onpointerdown = (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      held.set(event.pointerId, { x: event.clientX, y: event.clientY, pan: event.shiftKey || event.button > 0 });
+    };
+    canvas.onpointerup = canvas.onpointercancel = (event) => held.delete(event.pointerId);
+    canvas.onpointermove = (event) => {
+      const last = held.get(event.pointerId);
+      if (!last) return;
+      const right = (event.clientX - last.x) / canvas.clientHeight, down = (event.clientY - last.y) / canvas.clientHeight;
+      const before = held.size > 1 ? spread() : 0;
+      Object.assign(last, { x: event.clientX, y: event.clientY });
+      if (held.size > 1) { this.camera.zoom(before / Math.max(1, spread())); this.camera.move(right / 2, down / 2); }
+      else if (last.pan) this.camera.move(right, down);
+      else this.camera.turn(4 * right, 3 * down);
+      this.dirty = true;
+    };
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.camera.zoom(Math.exp(0.0012 * event.deltaY * (event.deltaMode ? 30 : 1)));
+      this.dirty = true;
+    }, { passive: false });
+  }
+}
+
+function notice(text) {
+  byId("notice").textContent = text;
+  byId("notice").hidden = false;
+}
+
+async function main() {
+  if (typeof DecompressionStream === "undefined") {
+    notice("This replay needs a browser of 2023 or newer (DecompressionStream).");
+    return;
+  }
+  const player = new Player(JSON.parse(byId("replay").textContent));
+  const count = player.replay.episodes.length;
+  await player.choose(Math.min(count - 1, Math.max(0, Number(wish.get("episode")) || 0)));
+  const { times, frames } = player.episode;
+  player.setSpeed(SPEEDS.find((speed) => (times[frames - 1] - times[0]) / speed <= 40) || SPEEDS[SPEEDS.length - 1]);
+  player.setView(["follow", "top"].includes(wish.get("camera")) ? wish.get("camera") : "overview");
+  if (wish.has("tall")) player.setTall(Number(wish.get("tall")) || 1);
+  if (wish.has("at")) player.seek(Number(wish.get("at")));
+  player.play(!wish.has("at"));
+  player.tick(performance.now());
+  document.documentElement.dataset.state = "ready";
+  window.dispatchEvent(new Event("replay-ready"));
+}
+
+main().catch((problem) => {
+  document.documentElement.dataset.state = "failed";
+  console.error(problem);
+  notice(`The replay could not be shown: ${problem.message}`);
+});

@@ -1,0 +1,63 @@
+"""Plays a policy in an environment and sums up what came of it."""
+
+from collections.abc import Callable, Sequence
+from math import ceil
+
+from dirt_env.config import SceneConfig
+from dirt_env.env import DirtPushEnv
+from dirt_env.policy import Policy
+
+REPORTED = (
+    "share_in_goal",
+    "volume_moved_m3",
+    "spilled_m3",
+    "time_s",
+    "distance_m",
+    "work_kj",
+    "grade_error_m",
+)
+"""What an episode's last info brings into its summary."""
+
+Summary = dict[str, float]
+Watch = Callable[[DirtPushEnv, dict], None]
+
+
+def nominal_steps(config: SceneConfig) -> int:
+    """Control steps in the scene's nominal job time."""
+    return ceil(config.task.time / config.task.period - 1e-9)
+
+
+def play(env: DirtPushEnv, policy: Policy, seed: int, steps: int, watch: Watch | None = None) -> Summary:
+    """One episode of at most `steps` control steps, on the layout of that seed.
+
+    `watch` is called with the environment and the info after the reset and after every step.
+    """
+    observation, info = env.reset(seed=seed)
+    policy.reset(seed)
+    if watch is not None:
+        watch(env, info)
+    total, count, done = 0.0, 0, False
+    while not done and count < steps:
+        observation, reward, done, _, info = env.step(policy.act(observation))
+        total += reward
+        count += 1
+        if watch is not None:
+            watch(env, info)
+    return _summary(info, seed, count, total)
+
+
+def mean(summaries: Sequence[Summary]) -> Summary:
+    """Means of the episodes' figures; m3/h is all the soil over all the time."""
+    figures = {name: sum(s[name] for s in summaries) / len(summaries) for name in summaries[0] if name != "seed"}
+    figures["m3_per_h"] = _per_hour(figures["volume_moved_m3"], figures["time_s"])
+    return figures
+
+
+def _summary(info: dict, seed: int, steps: int, total: float) -> Summary:
+    figures = {name: info[name] for name in REPORTED}
+    figures["m3_per_h"] = _per_hour(info["volume_moved_m3"], info["time_s"])
+    return {"seed": seed, "steps": steps, "success": float(info["is_success"]), "return": total, **figures}
+
+
+def _per_hour(volume: float, seconds: float) -> float:
+    return 3600.0 * volume / seconds if seconds > 0.0 else 0.0

@@ -1,0 +1,127 @@
+"""`dirt-push run`: rolls a policy out in a scene and keeps what came of it in a folder."""
+
+import json
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from dirt_env import __version__
+from dirt_env.env import DirtPushEnv
+from dirt_env.policy import load_policy
+from dirt_env.progress import Progress
+from dirt_env.render.atomic import write_atomically
+from dirt_env.render.replay import Recorder
+from dirt_env.rollout import Summary, mean, nominal_steps, play
+
+MOMENTS = 600  # of one episode in the replay
+COLUMNS = (
+    ("share_in_goal", "in goal", "{:.1%}"),
+    ("volume_moved_m3", "moved m3", "{:.2f}"),
+    ("spilled_m3", "spilled m3", "{:.2f}"),
+    ("time_s", "time s", "{:.0f}"),
+    ("distance_m", "way m", "{:.0f}"),
+    ("work_kj", "work kJ", "{:.0f}"),
+    ("grade_error_m", "grade err m", "{:.3f}"),
+    ("m3_per_h", "m3/h", "{:.1f}"),
+)
+
+
+class Run:
+    """Episodes of one policy in one scene; `summaries` are those that were finished.
+
+    `steps` bounds an episode, by default to the scene's nominal time; `record` keeps every one for the replay.
+    """
+
+    def __init__(
+        self,
+        scene: str,
+        policy: str,
+        seed: int = 0,
+        steps: int | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        record: bool = True,
+    ) -> None:
+        """Read scene and policy; raises ValueError or ImportError with a sentence that helps."""
+        if record and find_spec("PIL") is None:
+            raise ImportError('the animated picture needs pillow: pip install "dirt-push[render]", or add --no-replay')
+        self.scene, self.policy_name, self.seed = scene, policy, seed
+        self.env = DirtPushEnv(scene=scene, **(overrides or {}))
+        self.policy = load_policy(policy, self.env.config)
+        if self.policy.sees == "map":
+            self.env = DirtPushEnv(scene=scene, **_with_map(overrides or {}))
+        config = self.env.config
+        self.steps = steps or nominal_steps(config)
+        self.summaries: list[Summary] = []
+        title = f"{config.name}: {policy}"
+        every = max(1, self.steps // MOMENTS)
+        recorder = Recorder(title, config.description, config.grid.cell, config.blade, config.machine, every)
+        self._recorder = recorder if record else None
+
+    def play(self, episodes: int) -> None:
+        """Play the episodes, on the layouts of `seed`, `seed` + 1, ..."""
+        progress = Progress(episodes * self.steps)
+        try:
+            for episode in range(episodes):
+                label = f"episode {episode + 1} of {episodes}"
+                self.summaries.append(
+                    play(self.env, self.policy, self.seed + episode, self.steps, self._watch(label, episode, progress))
+                )
+        finally:
+            progress.clear()
+
+    def _watch(self, label: str, episode: int, progress: Progress) -> Any:
+        """What looks on at one episode: the progress bar, and the recorder."""
+
+        def watch(env: DirtPushEnv, info: dict) -> None:
+            world, layout, done = env.episode.world, env.episode.layout, env.episode.totals.steps
+            progress.show(episode * self.steps + done, f"{label}, {info['share_in_goal']:.0%} in the goal")
+            if self._recorder is None:
+                return
+            if done == 0:
+                regions = {name: getattr(layout, name) for name in ("start", "goal", "target", "design", "solid")}
+                self._recorder.begin(label, **regions)
+            stats = {name: value for name, value in info.items() if isinstance(value, float) and name != "time_s"}
+            self._recorder.add(world.height, world.machine[0], info["time_s"], stats)
+
+        return watch
+
+    def summary(self) -> dict[str, Any]:
+        """Everything in numbers: the episodes' figures and their means."""
+        return {
+            "policy": self.policy_name,
+            "sees": self.policy.sees,
+            "scene": self.scene,
+            "seed": self.seed,
+            "max_steps": self.steps,
+            "version": __version__,
+            "config": self.env.config.to_dict(),
+            "episodes": self.summaries,
+            "mean": mean(self.summaries),
+        }
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write summary.json, replay.html and replay.gif of the finished episodes; returns what was written."""
+        paths = [folder / "summary.json"]
+        write_atomically(paths[0], (json.dumps(self.summary(), indent=2) + "\n").encode())
+        if self._recorder is not None:
+            paths += [folder / "replay.html", folder / "replay.gif"]
+            self._recorder.write_html(paths[1])
+            self._recorder.write_gif(paths[2])
+        return paths
+
+    def table(self) -> str:
+        """The figures of the episodes and their means, a line each."""
+        names = [name for name, _, _ in COLUMNS]
+        lines = [["episode", *(title for _, title, _ in COLUMNS)]]
+        for label, figures in [*enumerate(self.summaries, 1), ("mean", mean(self.summaries))]:
+            cells = [form.format(figures[name]) for name, _, form in COLUMNS]
+            if self.env.config.design is None:
+                cells[names.index("grade_error_m")] = "-"
+            lines.append([str(label), *cells])
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.rjust, line, widths)) for line in lines)
+
+
+def _with_map(overrides: Mapping[str, Any]) -> dict[str, Any]:
+    return {**overrides, "observation": {**overrides.get("observation", {}), "map": True}}

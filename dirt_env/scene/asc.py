@@ -1,0 +1,58 @@
+"""ESRI ASCII grids: six lines of header, then the rows from north to south."""
+
+from pathlib import Path
+
+import numpy as np
+
+from dirt_env.scene.raster import Raster
+
+HEADER = {"ncols", "nrows", "cellsize", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "nodata_value", "dx", "dy"}
+
+
+def read_asc(path: str) -> Raster:
+    """The height map of an ESRI ASCII grid."""
+    words = Path(path).read_text(encoding="latin-1").split()
+    header, start = _header(words)
+    missing = {"ncols", "nrows"} - header.keys() or ({"cellsize"} - header.keys() if "dx" not in header else set())
+    if missing:
+        raise ValueError(f"{path} has no {sorted(missing)[0]} in its header; needed: ncols, nrows, cellsize")
+    rows, cols = int(header["nrows"]), int(header["ncols"])
+    if len(words) - start != rows * cols:
+        raise ValueError(f"{path} has {len(words) - start} heights; its header says {rows} x {cols} = {rows * cols}")
+    try:
+        height = np.array(words[start:], dtype=np.float64).reshape(rows, cols)[::-1].copy()
+    except ValueError as error:
+        raise ValueError(f"{path} holds something that is no number: {error}") from None
+    height[height == header.get("nodata_value", -9999.0)] = np.nan
+    return Raster(height, _cell(path, header))
+
+
+def _header(words: list[str]) -> tuple[dict[str, float], int]:
+    """Name and value pairs at the beginning, and the place of the first height."""
+    header: dict[str, float] = {}
+    at = 0
+    while at + 1 < len(words) and words[at].lower() in HEADER:
+        try:
+            header[words[at].lower()] = float(words[at + 1])
+        except ValueError:
+            raise ValueError(f"{words[at]} is {words[at + 1]!r}; allowed: a number") from None
+        at += 2
+    return header, at
+
+
+def _cell(path: str, header: dict[str, float]) -> float:
+    """The cell's size, m; refused if the cells are no squares, or are given in degrees."""
+    dx = header.get("dx", header.get("cellsize"))
+    dy = header.get("dy", header.get("cellsize"))
+    if dx != dy:
+        raise ValueError(f"{path} has cells of {dx:g} m x {dy:g} m; allowed: squares; resample it (gdalwarp -tr) first")
+    if not dx > 0:
+        raise ValueError(f"{path} has cellsize {dx:g}; allowed: > 0 m")
+    x = header.get("xllcorner", header.get("xllcenter", 0.0))
+    y = header.get("yllcorner", header.get("yllcenter", 0.0))
+    if dx < 0.01 and abs(x) <= 360 and abs(y) <= 90 and (x or y):
+        raise ValueError(
+            f"{path} has cellsize {dx:g} and its corner at ({x:g}, {y:g}): these are degrees; "
+            "allowed: metres; project it first (gdalwarp -t_srs EPSG:...)"
+        )
+    return dx

@@ -1,0 +1,59 @@
+"""A design surface: the ground that a region is to have in the end."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dirt_env.scene.layout import centres
+from dirt_env.scene.regions import Region, rasterize
+from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.params import Grid
+
+
+@dataclass(frozen=True)
+class Design:
+    """The surface asked for inside `region`: a plane, or the heights of a file.
+
+    `height` m over the datum at the region's middle, or "balance": as much to cut as to fill. `slope`: rise per metre
+    to the east and to the north. `path`: a file of heights over the ground's zero, over the whole site, in its place.
+    `tolerance`: root mean square grade error under which the job is done, m.
+    """
+
+    region: Region
+    height: float | str = "balance"
+    slope: tuple[float, float] = (0.0, 0.0)
+    path: str | None = None
+    tolerance: float = 0.03
+
+    def surface(self, ground: np.ndarray, grid: Grid, datum: float, solid) -> tuple[np.ndarray, np.ndarray]:
+        """The target [rows, cols] m, equal to `ground` outside, and the cells it is asked for in, bool [rows, cols]."""
+        mask = rasterize(self.region, grid, "design.region")
+        if solid is not None:
+            mask = mask & ~solid
+        if not mask.any():
+            raise ValueError("design.region holds solid cells only; allowed: a region with open ground")
+        surface = self._from_file(grid, datum) if self.path else self._plane(ground, grid, mask)
+        mask = mask & np.isfinite(surface)
+        if not mask.any():
+            raise ValueError(f"design.path {self.path} has no heights inside design.region; allowed: at least one cell")
+        return np.where(mask, surface, ground), mask
+
+    def _plane(self, ground: np.ndarray, grid: Grid, mask: np.ndarray) -> np.ndarray:
+        x, y = (np.broadcast_to(axis, mask.shape) for axis in centres(grid))
+        plane = self.slope[0] * (x - x[mask].mean()) + self.slope[1] * (y - y[mask].mean())
+        height = float((ground - plane)[mask].mean()) if self.height == "balance" else self.height
+        return plane + height
+
+    def _from_file(self, grid: Grid, datum: float) -> np.ndarray:
+        if self.path.lower().endswith(".png"):
+            raise ValueError(f"design.path is {self.path}; allowed: .npy, .npz, .asc, .tif, which hold metres")
+        source = HeightFile(self.path)
+        raster = source.read()
+        rows, cols = raster.height.shape
+        pixel = raster.cell or grid.cell
+        if abs(rows * pixel - grid.rows * grid.cell) > pixel or abs(cols * pixel - grid.cols * grid.cell) > pixel:
+            raise ValueError(
+                f"design.path {self.path} covers {cols * pixel:g} m x {rows * pixel:g} m; allowed: the site's "
+                f"{grid.cols * grid.cell:g} m x {grid.rows * grid.cell:g} m"
+            )
+        return source.elevation(grid) - datum

@@ -1,0 +1,96 @@
+"""Height maps and masks from files: .npy, .npz, .asc (ESRI grid), .tif (GeoTIFF), .png (16 bit)."""
+
+from pathlib import Path
+from typing import NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
+
+from dirt_env.scene.asc import read_asc
+from dirt_env.scene.geotiff import read_geotiff
+from dirt_env.scene.raster import Raster, require
+
+SUFFIXES = (".npy", ".npz", ".asc", ".tif", ".tiff", ".png")
+
+
+class Reading(NamedTuple):
+    """What a file may leave open: see the keys of [ground] in docs/scenes.md."""
+
+    crop: tuple[float, float, float, float] | None = None
+    first_row: str | None = None
+    array: str | None = None
+    band: int | None = None
+    nodata_value: float | None = None
+
+
+def read_raster(path: str, reading: Reading) -> Raster:
+    """The height map in a file, by its suffix."""
+    suffix = _suffix(path)
+    try:
+        raster = _read(path, suffix, reading)
+    except (OSError, EOFError, BadZipFile) as error:
+        raise ValueError(f"{path} cannot be read as {suffix}: {error}") from error
+    height = np.array(raster.height, dtype=np.float64)
+    height[~np.isfinite(height)] = np.nan
+    if reading.nodata_value is not None:
+        height[height == reading.nodata_value] = np.nan
+    return raster._replace(height=height)
+
+
+def read_mask(path: str) -> np.ndarray:
+    """A mask, bool [rows, cols], row 0 at the south: true cells of a .npy, or bright pixels of a .png."""
+    suffix = _suffix(path, (".npy", ".png"))
+    if suffix == ".npy":
+        return _read_numpy(path, None) != 0
+    image = require("PIL.Image", "pillow").open(path)
+    brightness = np.asarray(image if image.mode.startswith("I") else image.convert("L"))
+    return brightness[::-1] >= (32768 if image.mode.startswith("I") else 128)
+
+
+def _read(path: str, suffix: str, reading: Reading) -> Raster:
+    if suffix in (".asc", ".tif", ".tiff") and reading.first_row is not None:
+        raise ValueError(f"ground.first_row is {reading.first_row!r}; {Path(path).name} says itself: leave the key out")
+    if suffix == ".asc":
+        return read_asc(path)
+    if suffix in (".tif", ".tiff"):
+        return read_geotiff(path, reading.crop, reading.band)
+    values = _read_png(path) if suffix == ".png" else _read_numpy(path, reading.array)
+    north = (reading.first_row or ("north" if suffix == ".png" else "south")) == "north"
+    return Raster(values[::-1] if north else values, None)
+
+
+def _suffix(path: str, allowed: tuple[str, ...] = SUFFIXES) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in allowed:
+        raise ValueError(f"{path} ends in {suffix!r}; allowed: {', '.join(allowed)}")
+    if not Path(path).is_file():
+        raise ValueError(f"{path} is no file; allowed: a path to one, relative to the scene file or absolute")
+    return suffix
+
+
+def _read_numpy(path: str, key: str | None) -> np.ndarray:
+    """The two-dimensional array of a .npy or .npz; nothing is unpickled."""
+    stored = np.load(path, allow_pickle=False)
+    if isinstance(stored, np.ndarray):
+        return _checked(stored, path)
+    with stored:
+        grids = [name for name in stored.files if stored[name].ndim == 2]
+        if key is None and len(grids) != 1:
+            raise ValueError(f"{path} has {len(grids)} two-dimensional arrays ({', '.join(grids)}); say ground.array")
+        if key is not None and key not in stored.files:
+            raise ValueError(f"ground.array is {key!r}; allowed: {', '.join(grids)}")
+        return _checked(stored[key or grids[0]], path)
+
+
+def _checked(values: np.ndarray, path: str) -> np.ndarray:
+    if values.ndim != 2 or values.dtype.kind not in "biuf":
+        raise ValueError(f"{path} has shape {values.shape} of {values.dtype}; allowed: two dimensions of real numbers")
+    return values
+
+
+def _read_png(path: str) -> np.ndarray:
+    """Grey values of a 16-bit (or 8-bit) PNG [rows, cols], first row north."""
+    image = require("PIL.Image", "pillow").open(path)
+    if not image.mode.startswith("I") and image.mode != "L":
+        raise ValueError(f"{path} is an image of mode {image.mode}; allowed: one grey channel of 16 bits")
+    return np.asarray(image)

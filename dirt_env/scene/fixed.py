@@ -1,0 +1,208 @@
+"""Layouts written down in the scene: fixed regions, with heaps, layers and digging in them."""
+
+import warnings
+from dataclasses import dataclass
+from math import radians
+from typing import NamedTuple
+
+import numpy as np
+
+from dirt_env.scene import pose as poses
+from dirt_env.scene.design import Design
+from dirt_env.scene.distance import distance_inside
+from dirt_env.scene.ground import Flat, Mounds, Ridge, Rough
+from dirt_env.scene.heaps import capacity, cone_radius, heap, heap_limit, layer
+from dirt_env.scene.layout import Layout, Setting, soil_above
+from dirt_env.scene.obstacles import Obstacle, solid_cells
+from dirt_env.scene.regions import Region, rasterize
+from dirt_env.scene.survey import HeightFile
+
+Ground = Flat | Mounds | Ridge | Rough | HeightFile
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Start:
+    """A region the soil is taken from, and how much, by exactly one of three; each a least and a largest value.
+
+    `volume`: a heap of so many m3 at repose. `depth`: a layer of loose soil, m. `dig`: down from the ground, m.
+    """
+
+    region: Region
+    volume: Span | None = None
+    depth: Span | None = None
+    dig: Span | None = None
+
+    @property
+    def amount(self) -> Span:
+        """The one of the three that is given."""
+        return next(span for span in (self.volume, self.depth, self.dig) if span is not None)
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A region the soil is to be brought to."""
+
+    region: Region
+
+
+class Plan(NamedTuple):
+    """What does not change from one episode to the next. Masks are bool [rows, cols]."""
+
+    setting: Setting
+    ground: Ground
+    starts: tuple[Start, ...]
+    design: Design | None
+    regions: tuple[np.ndarray, ...]  # one of each start
+    sources: tuple[tuple[float, float], ...]  # where each start's heap is poured out, x, y m
+    start: np.ndarray
+    goal: np.ndarray
+    solid: np.ndarray | None
+    free: np.ndarray | None  # [n, 2] m; where a machine placed at random may stand
+
+
+def plan(
+    setting: Setting,
+    ground: Ground,
+    starts: tuple[Start, ...],
+    goals: tuple[Goal, ...],
+    design: Design | None,
+    obstacles: tuple[Obstacle, ...],
+    anywhere: bool = False,
+) -> Plan:
+    """Rasterised regions and obstacles, checked against one another; `anywhere`: the machine begins at random."""
+    grid = setting.grid
+    solid = solid_cells(obstacles, grid, walled(ground, grid))
+    regions = tuple(_open(start.region, setting, solid, f"start[{i}].region") for i, start in enumerate(starts))
+    none = np.zeros((grid.rows, grid.cols), dtype=bool)
+    goal_regions = [_open(goal.region, setting, solid, f"goal[{i}].region") for i, goal in enumerate(goals)]
+    design_region = () if design is None else (rasterize(design.region, grid, "design.region"),)
+    _check_apart(starts, regions, goal_regions, design_region, grid.cell)
+    start, goal = (np.any([none, *masks], axis=0) for masks in (regions, goal_regions))
+    sources = tuple(middle(mask, grid.cell) for mask in regions)
+    taken = start | goal if solid is None else start | goal | solid
+    free = poses.free_cells(setting, taken) if anywhere else None
+    return Plan(setting, ground, starts, design, regions, sources, start, goal, solid, free)
+
+
+def lay_out(plan: Plan, pose: tuple[float, float, float] | str, rng: np.random.Generator) -> Layout:
+    """One episode's layout; `pose` is x m, y m, heading in degrees, or "behind", or "random"."""
+    setting, grid = plan.setting, plan.setting.grid
+    ground, datum = make_ground(plan.ground, setting, rng)
+    height, target, design = ground.copy(), ground.copy(), None
+    if plan.design:
+        target, design = plan.design.surface(ground, grid, datum, plan.solid)
+    for start, region, source in zip(plan.starts, plan.regions, plan.sources, strict=True):
+        amount = float(rng.uniform(*start.amount))
+        if start.volume:
+            height = heap(height, grid, source, amount, setting.slope, plan.solid)
+        elif start.depth:
+            height += layer(region, grid, amount, setting.slope, plan.solid)
+        else:
+            target -= layer(region, grid, amount, setting.slope, plan.solid)
+    soil = soil_above(height, target, plan.goal, grid.cell)
+    at = _pose(plan, pose, height, target, rng)
+    solid = None if plan.solid is None else plan.solid.copy()
+    return Layout(height, target, plan.start.copy(), plan.goal.copy(), design, solid, at, datum, soil)
+
+
+def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:
+    """Errors for a heap that leaves its region or a machine without room; a warning for a goal that is too small."""
+    setting, grid = plan.setting, plan.setting.grid
+    for index, (start, region, source) in enumerate(zip(plan.starts, plan.regions, plan.sources, strict=True)):
+        if start.volume:
+            ground, _ = make_ground(plan.ground, setting, np.random.default_rng(0))
+            most = heap_limit(ground, grid, source, setting.slope, region, plan.solid)
+            if start.volume[1] > most * (1 + 1e-9):
+                raise ValueError(
+                    f"start[{index}].volume is {start.volume[1]:g} m3, a heap that at repose reaches "
+                    f"{cone_radius(start.volume[1], setting.slope):.2f} m from ({source[0]:.2f}, {source[1]:.2f}); "
+                    f"allowed: at most {most:.2f} m3 in its region"
+                )
+    if isinstance(pose, tuple):
+        poses.check(setting, (pose[0], pose[1], radians(pose[2])), plan.solid, "machine.pose")
+    elif pose == "random" and not len(plan.free):
+        raise ValueError(
+            f'machine.pose is "random" and no cell has {setting.radius:.2f} m of free room about it; '
+            "allowed: a larger site, or a given pose"
+        )
+    layout = lay_out(plan, pose, np.random.default_rng(0))
+    if not layout.soil > 0:
+        raise ValueError("the scene has 0 m3 of soil to move; allowed: > 0 m3 above the target outside the goal")
+    if pose == "behind":
+        poses.check(setting, layout.pose, plan.solid, 'machine.pose "behind"')
+    if plan.goal.any():
+        _warn_if_full(plan, layout)
+
+
+def make_ground(ground: Ground, setting: Setting, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+    """Height of the ground [rows, cols] m and its datum m; one that has a seed is the same in every episode."""
+    if isinstance(ground, HeightFile):
+        survey = ground.survey(setting.grid)
+        return survey.height, survey.datum
+    seed = getattr(ground, "seed", None)
+    return ground.make(setting.grid, setting.slope, rng if seed is None else np.random.default_rng(seed)), 0.0
+
+
+def walled(ground: Ground, grid) -> np.ndarray | None:
+    """Cells without data that count as walls, bool [rows, cols], or None."""
+    return ground.survey(grid).missing if isinstance(ground, HeightFile) and ground.nodata == "wall" else None
+
+
+def middle(mask: np.ndarray, cell: float) -> tuple[float, float]:
+    """The centroid of a region, x, y m, or the cell deepest inside it if its centroid is not."""
+    row, col = np.nonzero(mask)
+    y, x = float(row.mean() + 0.5), float(col.mean() + 0.5)
+    if not mask[min(int(y), mask.shape[0] - 1), min(int(x), mask.shape[1] - 1)]:
+        y, x = np.add(np.unravel_index(distance_inside(mask, cell).argmax(), mask.shape), 0.5)
+    return float(x) * cell, float(y) * cell
+
+
+def _open(region: Region, setting: Setting, solid: np.ndarray | None, key: str) -> np.ndarray:
+    """Cells of a region that are not solid; an error if none is left."""
+    mask = rasterize(region, setting.grid, key)
+    if solid is None:
+        return mask
+    if not (mask & ~solid).any():
+        raise ValueError(f"{key} has {int(mask.sum())} cells, all of them solid; allowed: at least one open cell")
+    return mask & ~solid
+
+
+def _check_apart(starts: tuple[Start, ...], regions, goals, design, cell: float) -> None:
+    """An error if regions share cells but ask for two things; goals may overlap, heaps may lie in a design."""
+    named = [(f"start[{i}].region", mask) for i, mask in enumerate(regions)]
+    goal_named = [(f"goal[{i}].region", mask) for i, mask in enumerate(goals)]
+    design_named = [("design.region", mask) for mask in design]
+    pairs = [(one, other) for i, one in enumerate(named) for other in named[:i] + goal_named]
+    pairs += [(one, other) for start, one in zip(starts, named, strict=True) if start.dig for other in design_named]
+    pairs += [(one, other) for one in design_named for other in goal_named]
+    for (key, mask), (other, other_mask) in pairs:
+        shared = int((mask & other_mask).sum())
+        if shared:
+            raise ValueError(f"{key} and {other} share {shared} cells ({shared * cell**2:g} m2); allowed: none")
+
+
+def _pose(plan: Plan, pose, height, target, rng: np.random.Generator) -> tuple[float, float, float]:
+    if isinstance(pose, tuple):
+        return pose[0], pose[1], radians(pose[2])
+    if pose == "random":
+        x, y = plan.free[rng.integers(len(plan.free))]
+        return float(x), float(y), float(rng.uniform(-np.pi, np.pi))
+    source = plan.regions[0] if plan.regions else height > target + 1e-6
+    sink = plan.goal if plan.goal.any() else height < target - 1e-6
+    if not sink.any() or not source.any():
+        sink, source = ~plan.start, (source if source.any() else ~sink)
+    return poses.behind(plan.setting, source, sink)
+
+
+def _warn_if_full(plan: Plan, layout: Layout) -> None:
+    """Warns if the soil does not fit into the goals and the design's hollows."""
+    cell = plan.setting.grid.cell
+    fill = float(np.maximum(layout.target - layout.height, 0.0)[~plan.goal].sum() * cell**2)
+    room = capacity(plan.goal, plan.setting.grid, plan.setting.slope, plan.solid)
+    if layout.soil > room + fill:
+        warnings.warn(
+            f"the goal holds {room + fill:.1f} m3 at repose, but there are {layout.soil:.1f} m3 to move; "
+            "make the goal larger or the soil less",
+            stacklevel=6,
+        )

@@ -1,0 +1,141 @@
+"""What one control step does to a world: the one composition of the phases."""
+
+import numpy as np
+
+from dirt_env.sim.blade import Line, box_around, highest, line_of, load_ahead, scrape
+from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.laws import push_work
+from dirt_env.sim.machine import drive, is_free, track_plane, wrap
+from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
+from dirt_env.sim.slump import limits, relax, settle_window, widen
+from dirt_env.sim.state import TALLY, World
+from dirt_env.sim.timestep import substeps
+
+
+@kernel
+def blade_line(pose, blade):
+    """The blade's Line for the machine's record."""
+    return line_of(pose.x, pose.y, pose.heading, pose.z, pose.pitch, pose.roll, pose.edge, blade)
+
+
+@kernel
+def stand(height, cell, pose, blade, machine):
+    """Lay the machine on the ground under its tracks."""
+    pose.z, pose.pitch, pose.roll = track_plane(height, cell, pose.x, pose.y, pose.heading, blade, machine)
+
+
+@kernel
+def move_soil(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals):
+    """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
+
+    `totals` f8[4] adds up what was moved, lost and stuck [m of one cell] and the sweeps.
+    """
+    a0, a1, a2, a3 = box_around(old, cell)
+    b0, b1, b2, b3 = box_around(new, cell)
+    box = (min(a0, b0) - 1, max(a1, b1) + 1, min(a2, b2) - 1, max(a3, b3) + 1)
+    lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
+    touches = highest(height, box) > lowest
+    if touches:
+        _, _, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
+        scrape(height, solid, outside, old, new, cell, lock, totals)
+        rows, cols = height.shape
+        r0, r1 = min(max(box[0], 0), rows - 1), max(min(box[1], rows), 1)
+        c0, c1 = min(max(box[2], 0), cols - 1), max(min(box[3], cols), 1)
+        widen(pending, r0, max(r1, r0 + 1), c0, max(c1, c0 + 1))
+    sweeps, lost = relax(
+        height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
+    )
+    totals[1] += lost
+    totals[3] += sweeps
+
+
+@kernel
+def step(
+    height, solid, outside, pose, tally, buffers, links, levels, changed, pending, quantum,
+    grid, soil, blade, machine, command, dt,
+):  # fmt: skip
+    """One control step in place; see `advance`."""
+    rows, cols = height.shape
+    cell = grid.cell
+    pieces = substeps(command.speed, command.yaw_rate, dt, cell, blade)
+    period = dt / pieces
+    totals = np.zeros(4)
+    distance = turned = held = work = 0.0
+    load = pose.load
+    for _ in range(pieces):
+        old = blade_line(pose, blade)
+        forward, turn = command.speed * period, command.yaw_rate * period
+        went, swung = drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn)
+        held += 0.0 if went == forward and swung == turn else 1.0 / pieces
+        distance += went
+        turned += swung
+        largest = machine.edge_rate * period
+        pose.edge += min(max(command.edge - pose.edge, -largest), largest)
+        stand(height, cell, pose, blade, machine)
+        new = blade_line(pose, blade)
+        move_soil(
+            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
+        )
+    line = blade_line(pose, blade)
+    plane = pose.z + pose.pitch * blade.reach
+    pose.load = load_ahead(height, solid, line, cell, soil.slope, plane)
+    work = push_work(0.5 * (load + pose.load), soil.density, soil.friction, distance)
+    pose.speed, pose.yaw_rate = distance / dt, turned / dt
+    tally.distance, tally.work, tally.blocked = abs(distance), work, held
+    tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2
+    tally.sweeps = int(totals[3])
+
+
+@entry
+def advance(world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, command: Command, dt: float) -> None:
+    """Advance a world by one control step of `dt` seconds, in place; `world.tally` then holds what it did."""
+    step(
+        world.height, world.solid, world.outside, world.machine[0], world.tally[0], world.buffers, world.links,
+        world.link_levels, world.changed, world.pending, world.quantum, grid, soil, blade, machine, command, dt,
+    )  # fmt: skip
+
+
+@entry
+def fits(world: World, grid: Grid, blade: Blade, machine: Machine, x: float, y: float, heading: float) -> bool:
+    """Whether the machine can stand with its pivot at (x, y) [m] and that heading [rad]."""
+    return is_free(world.solid, world.outside, grid.rows, grid.cols, grid.cell, x, y, heading, blade, machine)
+
+
+@entry
+def set_down(
+    world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
+) -> None:
+    """Put the machine there at rest, with its blade at travel height."""
+    pose = world.machine[0]
+    pose.x, pose.y, pose.heading, pose.edge = x, y, wrap(heading), machine.lift
+    pose.speed = pose.yaw_rate = 0.0
+    stand(world.height, grid.cell, pose, blade, machine)
+    line = blade_line(pose, blade)
+    pose.load = load_ahead(world.height, world.solid, line, grid.cell, soil.slope, pose.z + pose.pitch * blade.reach)
+
+
+def place(
+    world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
+) -> None:
+    """Put the machine at (x, y) [m] with that heading [rad], at rest, its blade at travel height.
+
+    Raises ValueError where it cannot stand: outside the site, or on something solid.
+    """
+    if not fits(world, grid, blade, machine, float(x), float(y), float(heading)):
+        raise ValueError(
+            f"the machine does not fit at x {x:g} m, y {y:g} m, heading {heading:g} rad; "
+            f"allowed: tracks and blade inside 0..{grid.cols * grid.cell:g} m x 0..{grid.rows * grid.cell:g} m, "
+            "clear of everything solid"
+        )
+    set_down(world, grid, soil, blade, machine, float(x), float(y), float(heading))
+    world.tally[:] = np.zeros(1, TALLY)
+
+
+def settle(world: World, grid: Grid, soil: Soil) -> int:
+    """Relax the whole ground to the angle of repose; returns the sweeps it took."""
+    world.pending[:] = (0, grid.rows, 0, grid.cols)
+    away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    total = 0
+    while world.pending[1] > world.pending[0]:
+        total += settle_window(world, grid, soil, away)
+    return total

@@ -1,0 +1,220 @@
+"""The blade: a vertical plate that cuts what it crosses, carries it ahead, and closes the links it stands across."""
+
+from math import cos, sin
+from typing import NamedTuple
+
+from dirt_env.sim.jit import kernel
+from dirt_env.sim.laws import quantise
+from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_X, RATE_Y
+
+DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
+
+
+class Line(NamedTuple):
+    """The blade as a segment on the map: centre, unit normal (the heading), half its width, edge level, tilt, height.
+
+    The edge lies at `edge` + `roll` * u metres, u metres to the left of the centre; the top is `height` above it.
+    """
+
+    x: float
+    y: float
+    ahead_x: float
+    ahead_y: float
+    half: float
+    edge: float
+    roll: float
+    height: float
+
+
+@kernel
+def line_of(x, y, heading, z, pitch, roll, edge, blade):
+    """The blade's Line for a machine's pose; see `state.POSE`."""
+    ahead_x, ahead_y = cos(heading), sin(heading)
+    return Line(
+        x + blade.reach * ahead_x,
+        y + blade.reach * ahead_y,
+        ahead_x,
+        ahead_y,
+        0.5 * blade.width,
+        z + pitch * blade.reach + edge,
+        roll,
+        blade.height,
+    )
+
+
+@kernel
+def blade_frame(line, x, y):
+    """(ahead, left): metres in front of the blade and to the left of its centre."""
+    dx, dy = x - line.x, y - line.y
+    return dx * line.ahead_x + dy * line.ahead_y, dy * line.ahead_x - dx * line.ahead_y
+
+
+@kernel
+def crossing(ahead_0, left_0, ahead_1, left_1):
+    """Where the segment between two points meets the blade's line, metres left of its centre; they lie on two sides."""
+    return left_0 + (left_1 - left_0) * ahead_0 / (ahead_0 - ahead_1)
+
+
+@kernel
+def box_around(line, cell):
+    """(r0, r1, c0, c1): the cells whose links the blade can cross, beyond the map too."""
+    span_x, span_y = abs(line.ahead_y) * line.half, abs(line.ahead_x) * line.half
+    return (
+        int((line.y - span_y) // cell) - 1,
+        int((line.y + span_y) // cell) + 2,
+        int((line.x - span_x) // cell) - 1,
+        int((line.x + span_x) // cell) + 2,
+    )
+
+
+@kernel
+def blocked_links(line, cell, window, stride, buffers, links, levels):
+    """Close the packed window's links that cross the blade; lists each with the edge and top there. Returns how many.
+
+    A closed link gives nothing to the gradients of its neighbours; `slump.link_fluxes` moves soil over and under it.
+    """
+    r0, r1, c0, c1 = window
+    b0, b1, b2, b3 = box_around(line, cell)
+    real = levels.dtype.type
+    count = 0
+    for r in range(max(r0, b0), min(r1, b1)):
+        for c in range(max(c0, b2), min(c1, b3)):
+            p = (r - r0 + 1) * stride + c - c0
+            ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+            for along_x in range(2):
+                q = p + 1 if along_x else p + stride
+                mask, rate = (OPEN_X, RATE_X) if along_x else (OPEN_Y, RATE_Y)
+                if buffers[mask, p] == 0:
+                    continue
+                ahead_q = ahead + cell * (line.ahead_x if along_x else line.ahead_y)
+                left_q = left + cell * (-line.ahead_y if along_x else line.ahead_x)
+                if (ahead > 0) == (ahead_q > 0):
+                    continue
+                u = crossing(ahead, left, ahead_q, left_q)
+                if abs(u) > line.half:
+                    continue
+                buffers[mask, p] = 0
+                if buffers[rate, p] != 0:
+                    buffers[rate, p] = 0
+                    links[count, 0], links[count, 1], links[count, 2] = p, q, along_x
+                    levels[count, 0] = real(line.edge + line.roll * u)
+                    levels[count, 1] = real(line.edge + line.roll * u + line.height)
+                    count += 1
+    return count
+
+
+@kernel
+def front_share(height, solid, outside, line, cell, side, r, c):
+    """1 if cell (r, c) can take soil on that `side` of the blade (1 ahead, -1 behind), else 0."""
+    rows, cols = height.shape
+    beyond = r < 0 or c < 0 or r >= rows or c >= cols
+    if beyond:
+        if outside is None:
+            return 0.0
+    elif solid is not None and solid[r, c]:
+        return 0.0
+    ahead, _ = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+    return 1.0 if (ahead > 0) == (side > 0) else 0.0
+
+
+@kernel
+def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
+    """Put `amount` [m] of cell (r, c) down a little further on, bilinear over the cells on that side; the last takes
+    the rest. Returns what fell over an open border [m], or -1 if there is no cell to take it and nothing was done.
+    """
+    rows, cols = height.shape
+    real = height.dtype.type
+    x = c + side * DEPOSIT * line.ahead_x
+    y = r + side * DEPOSIT * line.ahead_y
+    column, row = int(x // 1), int(y // 1)
+    fx, fy = x - column, y - row
+    total = 0.0
+    for i in range(2):
+        for j in range(2):
+            weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
+            total += weight * front_share(height, solid, outside, line, cell, side, row + i, column + j)
+    if total < 1e-6:
+        return real(-1.0)
+    left_over = amount
+    left_weight = total
+    gone = real(0.0)
+    for i in range(2):
+        for j in range(2):
+            weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
+            weight *= front_share(height, solid, outside, line, cell, side, row + i, column + j)
+            if weight <= 0.0:
+                continue
+            left_weight -= weight
+            part = left_over if left_weight < 1e-9 else quantise(real(amount * (weight / total)), lock)
+            part = min(part, left_over)
+            left_over -= part
+            if row + i < 0 or column + j < 0 or row + i >= rows or column + j >= cols:
+                gone += part
+            else:
+                height[row + i, column + j] += part
+    return gone
+
+
+@kernel
+def scrape(height, solid, outside, old, new, cell, lock, totals):
+    """Cut and carry: every cell whose centre the blade crosses on its way from `old` to `new` gives min(h, top) - edge.
+
+    The soil goes to the side the blade moves to, so that back-blading works. Adds to `totals` the heights [m of one
+    cell] moved, lost over an open border, and left where they were because nothing there could take them.
+    """
+    rows, cols = height.shape
+    real = height.dtype.type
+    a0, a1, a2, a3 = box_around(old, cell)
+    b0, b1, b2, b3 = box_around(new, cell)
+    for r in range(max(min(a0, b0), 0), min(max(a1, b1), rows)):
+        for c in range(max(min(a2, b2), 0), min(max(a3, b3), cols)):
+            x, y = (c + 0.5) * cell, (r + 0.5) * cell
+            ahead_0, left_0 = blade_frame(old, x, y)
+            ahead_1, left_1 = blade_frame(new, x, y)
+            if (ahead_0 > 0) == (ahead_1 > 0):
+                continue
+            u = crossing(ahead_0, left_0, ahead_1, left_1)
+            if abs(u) > new.half or (solid is not None and solid[r, c]):
+                continue
+            edge = new.edge + new.roll * u
+            amount = quantise(real(min(float(height[r, c]), edge + new.height) - edge), lock)
+            if amount <= 0:
+                continue
+            side = 1 if ahead_0 > 0 else -1
+            gone = deposit(height, solid, outside, new, cell, lock, side, r, c, amount)
+            if gone < 0:
+                totals[2] += amount
+                continue
+            height[r, c] -= amount
+            totals[0] += amount
+            totals[1] += gone
+
+
+@kernel
+def highest(height, box):
+    """Largest height in `box` [m]; -inf where it lies off the map."""
+    rows, cols = height.shape
+    largest = -float("inf")
+    for r in range(max(box[0], 0), min(box[1], rows)):
+        for c in range(max(box[2], 0), min(box[3], cols)):
+            largest = max(largest, float(height[r, c]))
+    return largest
+
+
+@kernel
+def load_ahead(height, solid, line, cell, slope, plane):
+    """Soil ahead of the blade [m3]: what stands above the edge and the `plane` of the tracks, as far as a heap as high
+    as the blade would reach at repose, within the blade's width.
+    """
+    rows, cols = height.shape
+    far = line.height / max(slope, 0.2)
+    base = max(line.edge, plane)
+    reach = max(far, line.half) + cell
+    total = 0.0
+    for r in range(max(int((line.y - reach) // cell), 0), min(int((line.y + reach) // cell) + 1, rows)):
+        for c in range(max(int((line.x - reach) // cell), 0), min(int((line.x + reach) // cell) + 1, cols)):
+            ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+            if ahead <= 0 or ahead > far or abs(left) > line.half or (solid is not None and solid[r, c]):
+                continue
+            total += max(float(height[r, c]) - base, 0.0)
+    return total * cell * cell

@@ -1,0 +1,249 @@
+"""Compilation of kernels: the only place that imports numba.
+
+`kernel` compiles a law or a phase that other kernels call. `entry` compiles a function that Python calls, and keeps the
+machine code on disk for the next process. Neither uses fast maths (it deletes NaN checks) nor numba's own threads.
+
+numba's own disk cache returns stale code when a helper in another module changes, cannot key a closure over another
+kernel, and crashes on a truncated file. This one keys on the sources of all kernels, checks every file it reads, and
+where anything is amiss does without. It lives in `DIRT_ENV_CACHE_DIR`, or else in the user's cache directory. Files are
+pickles, so a directory that other users can write to is not used.
+"""
+
+import hashlib
+import logging
+import os
+import pickle
+import platform
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.serialize import dumps
+from numba.extending import is_jitted
+
+try:
+    import fcntl
+except ImportError:  # Windows: every cold process compiles for itself; files are still replaced in one piece
+    fcntl = None
+
+_LOG = logging.getLogger(__name__)
+_PACKAGE = Path(__file__).resolve().parent.parent
+KERNEL_PACKAGES = ("sim", "task")  # where kernels may be; their sources name the directory of the cache
+_CHECKSUM = hashlib.sha256().digest_size
+_LOCK_PATIENCE = 120.0  # s; longer than any compilation, so that only a hung process is overtaken
+_STALE_AFTER = 30 * 86400.0  # s
+
+
+def kernel(function: Callable | None = None, **options: Any) -> Callable:
+    """Compile a function that other kernels call; use as `@kernel` or `@kernel(inline="always")`."""
+    if function is None:
+        return lambda bare: kernel(bare, **options)
+    return numba.njit(error_model="numpy", nogil=True, **options)(function)
+
+
+def entry(function: Callable | None = None, **options: Any) -> Callable:
+    """Compile a function that Python calls, with its machine code kept on disk; use as `@entry`."""
+    if function is None:
+        return lambda bare: entry(bare, **options)
+    compiled = kernel(function, **options)
+    if is_jitted(compiled) and _sources():  # with NUMBA_DISABLE_JIT=1 it is the plain function
+        _keep_on_disk(compiled)
+    return compiled
+
+
+def cache_root() -> Path:
+    """Directory under which compiled kernels are kept: `DIRT_ENV_CACHE_DIR`, or the platform's user cache."""
+    if chosen := os.environ.get("DIRT_ENV_CACHE_DIR"):
+        return Path(chosen).expanduser()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "dirt_env" / "kernels"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "dirt_env" / "kernels"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dirt_env" / "kernels"
+
+
+def _keep_on_disk(dispatcher: Any) -> None:
+    """Give a numba dispatcher the disk cache, and let go of the cache's lock however its compilation ends."""
+    cache = _DiskCache(dispatcher.py_func)
+    compile_ = dispatcher.compile
+
+    def compile_once(signature):
+        with global_compiler_lock, cache.turn():  # numba's lock, so that threads take turns before processes do
+            return compile_(signature)
+
+    dispatcher._cache = cache
+    dispatcher.compile = compile_once
+
+
+class _DiskCache(NullCache):
+    """Machine code of one entry: one file per signature, in a directory named by the digest of all kernel sources."""
+
+    def __init__(self, function: Callable) -> None:
+        self._name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+        self._closure = _describe_closure(function)
+        self._digest = _digest(function)  # of the sources as they are now, when this module is being imported
+        self._release: list[Callable] = []
+
+    @property
+    def cache_path(self) -> str | None:
+        """The directory of this version's files, or None where it is not to be had."""
+        directory = _private_directory(self._digest)
+        return None if directory is None else str(directory)
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """One compilation: a lock that `load_overload` takes on a miss ends with it."""
+        held = len(self._release)
+        try:
+            yield
+        finally:
+            while len(self._release) > held:
+                self._release.pop()()
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Compiled code of a signature, or None; of many cold processes the first compiles, the others wait for it."""
+        target_context.refresh()
+        path = self._path(sig, target_context.codegen())
+        if path is None:
+            return None
+        found = self._read(path, target_context)
+        if found is None and self._wait_for_lock(path.with_suffix(".lock")):
+            found = self._read(path, target_context)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the compiled code of a signature; a full or vanished disk is no error."""
+        path = self._path(sig, data.codegen)
+        if path is None or data.library.has_dynamic_globals:
+            return
+        try:
+            payload = dumps(data._reduce())
+            _replace(path, hashlib.sha256(payload).digest() + payload)
+        except Exception as error:
+            _LOG.debug("kernel %s not kept in %s: %r", self._name, path, error)
+
+    def _path(self, sig: Any, codegen: Any) -> Path | None:
+        directory = _private_directory(self._digest)
+        if directory is None:
+            return None
+        key = repr((sig, codegen.magic_tuple(), self._closure))
+        return directory / f"{self._name}-{hashlib.sha256(key.encode()).hexdigest()[:24]}.kernel"
+
+    def _read(self, path: Path, target_context: Any) -> Any:
+        try:
+            content = path.read_bytes()
+            payload = content[_CHECKSUM:]
+            if hashlib.sha256(payload).digest() != content[:_CHECKSUM]:
+                raise ValueError("checksum differs")
+            return CompileResult._rebuild(target_context, *pickle.loads(payload))
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # whatever is wrong with it, compiling again puts it right
+            _LOG.debug("kernel file %s not used: %r", path, error)
+            return None
+
+    def _wait_for_lock(self, path: Path) -> bool:
+        """Take the lock of one file for this compilation; False if there are no locks here or it takes too long."""
+        if fcntl is None:
+            return False
+        try:
+            file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+        except OSError as error:
+            _LOG.debug("no lock %s: %r", path, error)
+            return False
+        if not _lock(file):
+            os.close(file)
+            return False
+        self._release.append(partial(os.close, file))
+        return True
+
+
+def _lock(file: int) -> bool:
+    """Lock an open file against other processes; the system lets go of it when the process ends, however it ends."""
+    deadline = time.monotonic() + _LOCK_PATIENCE
+    while time.monotonic() < deadline:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            time.sleep(0.05)
+        except OSError:
+            return False
+    return False
+
+
+def _sources() -> set[Path]:
+    """Files in which kernels may be; none where the package was installed without its sources, or in a zip file."""
+    return {path for package in KERNEL_PACKAGES for path in (_PACKAGE / package).rglob("*.py")}
+
+
+def _digest(function: Callable) -> str:
+    """Name of a version of the kernels: their sources, and what else the machine code depends on."""
+    digest = hashlib.sha256(repr((numba.__version__, sys.version, platform.machine())).encode())
+    for path in sorted(_sources() | {Path(function.__code__.co_filename)}):
+        try:
+            text = path.read_bytes()
+        except OSError:  # made in a notebook or by exec
+            text = function.__code__.co_code
+        digest.update(f"{path.name} {len(text)}\n".encode() + text)
+    return digest.hexdigest()[:16]
+
+
+def _describe_closure(function: Callable) -> tuple:
+    """What a function has closed over, in words that are the same in every process."""
+    return tuple(_describe(cell.cell_contents) for cell in function.__closure__ or ())
+
+
+def _describe(value: Any) -> Any:
+    if is_jitted(value):
+        value = value.py_func
+    if callable(value) and hasattr(value, "__qualname__"):
+        return value.__module__, value.__qualname__, _describe_closure(value) if hasattr(value, "__closure__") else ()
+    return hashlib.sha256(dumps(value)).hexdigest()
+
+
+def _private_directory(digest: str) -> Path | None:
+    """The directory of a version's files, made if need be; None where it cannot be had or others could write to it."""
+    try:
+        directory = cache_root() / digest
+        if not directory.is_dir():
+            directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _forget_old_versions(directory.parent)
+        status = directory.stat()
+    except (OSError, RuntimeError) as error:  # RuntimeError: there is no home directory
+        _LOG.debug("kernels are not kept on disk: %r", error)
+        return None
+    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
+        _LOG.debug("kernels are not kept on disk: others may write to %s", directory)
+        return None
+    return directory
+
+
+def _forget_old_versions(root: Path) -> None:
+    """Remove the files of versions that nothing was compiled for in a month."""
+    for directory in root.iterdir():
+        with suppress(OSError):  # another process tidies up too
+            if directory.stat().st_mtime < time.time() - _STALE_AFTER:
+                shutil.rmtree(directory, ignore_errors=True)
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write a file so that another process sees the old one or the new one, never a part."""
+    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".draft")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(draft, path)
+    except BaseException:
+        os.unlink(draft)
+        raise

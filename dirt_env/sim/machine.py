@@ -1,0 +1,124 @@
+"""The machine: how it stands on the ground, where it may go, and how one substep moves it."""
+
+from math import cos, pi, sin
+
+from dirt_env.sim.jit import kernel
+from dirt_env.sim.timestep import STRIDE
+
+STATIONS = 5  # samples of the ground along the tracks; three across
+
+
+@kernel
+def wrap(angle):
+    """The angle in [-pi, pi)."""
+    return (angle + pi) % (2 * pi) - pi
+
+
+@kernel
+def ground_at(height, cell, x, y, ahead_x, ahead_y, limit):
+    """Ground height at a point [m], bilinear between the cell centres that lie behind the blade; beyond the map's, that
+    of the nearest.
+
+    Behind the blade is where (x, y) . (ahead_x, ahead_y) <= `limit`; the soil that the blade carries lifts no track.
+    """
+    rows, cols = height.shape
+    column = min(max(x / cell - 0.5, 0.0), cols - 1.0)
+    row = min(max(y / cell - 0.5, 0.0), rows - 1.0)
+    c, r = int(column), int(row)
+    fx, fy = column - c, row - r
+    total = weights = 0.0
+    for i in range(2):
+        for j in range(2):
+            weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
+            ahead = (c + j + 0.5) * cell * ahead_x + (r + i + 0.5) * cell * ahead_y
+            if weight > 0 and ahead <= limit:
+                total += weight * height[r + i, c + j]
+                weights += weight
+    return total / weights if weights > 1e-9 else float(height[r, c])
+
+
+@kernel
+def track_plane(height, cell, x, y, heading, blade, machine):
+    """(z, pitch, roll): plane of least squares through the ground under the tracks, at the pivot [m] and its slopes."""
+    ahead_x, ahead_y = cos(heading), sin(heading)
+    # Less what the blade may cross in one substep: those cells still hold the load when the tracks are laid down.
+    limit = x * ahead_x + y * ahead_y + blade.reach - STRIDE * cell
+    z = along = across = along_2 = across_2 = 0.0
+    for i in range(STATIONS):
+        s = machine.length * (i / (STATIONS - 1) - 0.5)
+        for j in range(3):
+            u = machine.width * (0.5 * j - 0.5)
+            h = ground_at(
+                height, cell, x + s * ahead_x - u * ahead_y, y + s * ahead_y + u * ahead_x, ahead_x, ahead_y, limit
+            )
+            z += h
+            along += s * h
+            across += u * h
+            along_2 += s * s
+            across_2 += u * u
+    return z / (3 * STATIONS), along / along_2, across / across_2
+
+
+@kernel
+def point_is_free(solid, outside, rows, cols, cell, x, y):
+    """Whether a point of the machine may be there: on the site or beyond an open border, not on something solid."""
+    if outside is None and (x < 0 or y < 0 or x > cols * cell or y > rows * cell):
+        return False
+    if solid is not None:
+        r, c = int(y // cell), int(x // cell)
+        if r >= 0 and c >= 0 and r < rows and c < cols:
+            return not solid[r, c]
+    return True
+
+
+@kernel
+def segment_is_free(solid, outside, rows, cols, cell, x0, y0, x1, y1):
+    """Whether a straight part of the machine's outline is free; looks at a point every half cell, and at both ends."""
+    if not point_is_free(solid, outside, rows, cols, cell, x0, y0):
+        return False
+    if not point_is_free(solid, outside, rows, cols, cell, x1, y1):
+        return False
+    if solid is not None:
+        pieces = int(2 * ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5 / cell) + 1
+        for i in range(1, pieces):
+            t = i / pieces
+            if not point_is_free(solid, outside, rows, cols, cell, x0 + t * (x1 - x0), y0 + t * (y1 - y0)):
+                return False
+    return True
+
+
+@kernel
+def is_free(solid, outside, rows, cols, cell, x, y, heading, blade, machine):
+    """Whether the machine can stand there with its blade and its tracks; the pivot never leaves the site."""
+    if x < 0 or y < 0 or x > cols * cell or y > rows * cell:
+        return False
+    ax, ay = cos(heading), sin(heading)
+    for part in range(3):
+        # The blade, then the left and the right track: each from (s0, u0) to (s1, u1), ahead and left of the pivot.
+        s0, s1 = (blade.reach, blade.reach) if part == 0 else (-0.5 * machine.length, 0.5 * machine.length)
+        u0 = 0.5 * blade.width if part == 0 else (0.5 if part == 1 else -0.5) * machine.width
+        u1 = -u0 if part == 0 else u0
+        if not segment_is_free(
+            solid, outside, rows, cols, cell,
+            x + s0 * ax - u0 * ay, y + s0 * ay + u0 * ax, x + s1 * ax - u1 * ay, y + s1 * ay + u1 * ax,
+        ):  # fmt: skip
+            return False
+    return True
+
+
+@kernel
+def drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn):
+    """Move the pose by `forward` [m] and `turn` [rad]; where something solid is in the way only one of them, or none.
+
+    Returns (metres driven, radians turned).
+    """
+    for attempt in range(3):
+        go = forward if attempt != 2 else 0.0
+        swing = turn if attempt != 1 else 0.0
+        heading = wrap(pose.heading + swing)
+        middle = pose.heading + 0.5 * swing
+        x, y = pose.x + go * cos(middle), pose.y + go * sin(middle)
+        if is_free(solid, outside, rows, cols, cell, x, y, heading, blade, machine):
+            pose.x, pose.y, pose.heading = x, y, heading
+            return go, swing
+    return 0.0, 0.0

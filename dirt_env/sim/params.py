@@ -1,0 +1,62 @@
+"""Immutable constants of a world: the grid, the soil, the blade, the machine. SI units; angles in radians.
+
+Everything here is plain numbers, checked once by `dirt_env.config`; the kernels trust them.
+"""
+
+from math import radians, tan
+from typing import NamedTuple
+
+
+class Grid(NamedTuple):
+    """The site's raster: `rows` x `cols` square cells of `cell` metres; row 0 is the southern edge."""
+
+    rows: int = 64
+    cols: int = 64
+    cell: float = 0.5
+
+
+class Soil(NamedTuple):
+    """Loose, cohesionless soil.
+
+    `slope` is the tangent of the angle of repose, `density` the loose bulk density [kg/m3], `friction` the
+    coefficient of soil sliding on soil. `tolerance`: ground counts as settled where it is steeper than repose by at
+    most this share. `max_sweeps` bounds the relaxation after one substep of the blade; the rest goes on in the next.
+    """
+
+    slope: float = tan(radians(35.0))
+    density: float = 1500.0
+    friction: float = tan(radians(35.0))
+    tolerance: float = 4e-3
+    max_sweeps: int = 2000
+
+
+class Blade(NamedTuple):
+    """A straight blade: `width` and `height` [m], carried `reach` metres ahead of the machine's pivot."""
+
+    width: float = 3.0
+    height: float = 1.0
+    reach: float = 1.5
+
+
+class Machine(NamedTuple):
+    """A tracked machine: `length` and `width` of its tracks [m], centred on the pivot, and its limits.
+
+    `speed` [m/s] and `yaw_rate` [rad/s] are the largest either way; the cutting edge goes from `cut` metres below the
+    plane of the tracks to `lift` metres above it, at most `edge_rate` [m/s].
+    """
+
+    length: float = 2.5
+    width: float = 2.0
+    speed: float = 2.0
+    yaw_rate: float = 0.6
+    cut: float = 0.25
+    lift: float = 0.75
+    edge_rate: float = 0.5
+
+
+class Command(NamedTuple):
+    """What the machine is told for one control step: speed [m/s], yaw rate [rad/s], edge height over the tracks [m]."""
+
+    speed: float
+    yaw_rate: float
+    edge: float

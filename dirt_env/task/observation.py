@@ -1,0 +1,249 @@
+"""What a policy is shown: a patch of ground around the machine, a vector about the machine, maps of the whole site."""
+
+from math import cos, floor, hypot, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.params import Blade, Grid, Machine
+from dirt_env.task.job import Job
+
+POSE_ENTRIES = (
+    "x",
+    "y",
+    "sin_heading",
+    "cos_heading",
+    "edge",
+    "speed",
+    "yaw_rate",
+    "pitch",
+    "roll",
+    "load",
+    "goal_ahead",
+    "goal_left",
+    "goal_distance",
+    "remaining",
+    "time_left",
+)
+"""Order of the pose vector; `pose_table` has units and scales, `read_pose` turns it back into physical units."""
+
+OVERVIEW = 12  # squares along one side
+HEIGHT_LIMIT = 4.0  # m; heights in the patch, and what is to do, are clipped to this
+MAP_LIMIT = 1000.0  # m
+
+
+class PoseEntry(NamedTuple):
+    """One entry of the pose vector: observed = (physical - offset) / scale, clipped to [low, high]."""
+
+    name: str
+    unit: str
+    offset: float
+    scale: float
+    low: float
+    high: float
+
+
+class View(NamedTuple):
+    """Constants of the observation for the kernel. Lengths in m.
+
+    `ahead` is the share of the patch that lies ahead of the pivot; `beyond` is what the ground outside the site looks
+    like, relative to the ground under the machine; the rest are the columns of `pose_table`.
+    """
+
+    resolution: float
+    ahead: float
+    beyond: float
+    overview_cell: float
+    offset: np.ndarray
+    scale: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class Sight(NamedTuple):
+    """The arrays of one observation, f4; what was not asked for is None. Shapes in `shapes`."""
+
+    patch: np.ndarray
+    pose: np.ndarray
+    overview: np.ndarray | None
+    map: np.ndarray | None
+
+
+def pose_table(grid: Grid, blade: Blade, machine: Machine) -> tuple[PoseEntry, ...]:
+    """Unit, scale and bounds of every entry of the pose vector."""
+    half_x, half_y = 0.5 * grid.cols * grid.cell, 0.5 * grid.rows * grid.cell
+    full_blade = 0.8 * blade.width * blade.height**2  # rated capacity of a straight blade, SAE J1265
+    scales = {
+        "x": ("m", half_x, half_x, -1.0, 1.0),
+        "y": ("m", half_y, half_y, -1.0, 1.0),
+        "edge": ("m", 0.0, max(machine.cut, machine.lift), -2.0, 2.0),
+        "speed": ("m/s", 0.0, machine.speed, -2.0, 2.0),
+        "yaw_rate": ("rad/s", 0.0, machine.yaw_rate, -2.0, 2.0),
+        "pitch": ("slope", 0.0, 1.0, -2.0, 2.0),
+        "roll": ("slope", 0.0, 1.0, -2.0, 2.0),
+        "load": ("m3", 0.0, full_blade, 0.0, 5.0),
+        "goal_distance": ("m", 0.0, 2.0 * hypot(half_x, half_y), 0.0, 1.0),
+        "remaining": ("share of the soil", 0.0, 1.0, 0.0, 2.0),
+        "time_left": ("share of the time", 0.0, 1.0, 0.0, 1.0),
+    }
+    unit_vector = ("-", 0.0, 1.0, -1.0, 1.0)
+    return tuple(PoseEntry(name, *scales.get(name, unit_vector)) for name in POSE_ENTRIES)
+
+
+def read_pose(pose: np.ndarray, table: tuple[PoseEntry, ...]) -> dict[str, float]:
+    """The pose vector in physical units, by name; `heading` [rad] is added."""
+    named = {entry.name: float(value) * entry.scale + entry.offset for entry, value in zip(table, pose, strict=True)}
+    named["heading"] = float(np.arctan2(named["sin_heading"], named["cos_heading"]))
+    return named
+
+
+def make_view(table: tuple[PoseEntry, ...], grid: Grid, resolution: float, ahead: float, beyond: float) -> View:
+    """Constants of the observation; the squares of the overview together are as wide as the site's longer side."""
+    columns = {name: np.array([getattr(entry, name) for entry in table]) for name in ("offset", "scale", "low", "high")}
+    side = max(grid.rows, grid.cols) * grid.cell
+    return View(resolution, ahead, beyond, side / OVERVIEW, **columns)
+
+
+def bounds(
+    grid: Grid, table: tuple[PoseEntry, ...], size: int, walls: bool, overview: bool, site_map: bool
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Lowest and highest value of every array of an observation, by name; f4. `walls`: obstacles get a channel."""
+    ground, squares = [(-HEIGHT_LIMIT, HEIGHT_LIMIT)] * 2, [(0.0, 4.0), (0.0, 1.0)]
+    site = [(-MAP_LIMIT, MAP_LIMIT), (-HEIGHT_LIMIT, HEIGHT_LIMIT)]
+    wall = [(0.0, 1.0)] if walls else []
+    found = {
+        "patch": _stack(ground + wall, (size, size)),
+        "pose": tuple(np.array([getattr(entry, end) for entry in table], np.float32) for end in ("low", "high")),
+    }
+    if overview:
+        found["overview"] = _stack(squares, (OVERVIEW, OVERVIEW))
+    if site_map:
+        found["map"] = _stack(site + wall, (grid.rows, grid.cols))
+    return found
+
+
+def _stack(channels: list[tuple[float, float]], shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of an image with one (low, high) for each channel."""
+    low, high = np.array(channels, np.float32).T
+    full = (len(channels), *shape)
+    return tuple(np.broadcast_to(end[:, None, None], full).copy() for end in (low, high))
+
+
+@entry
+def observe(height, job: Job, machine, cell, view: View, remaining, time_left, sight: Sight):
+    """Fill the arrays of `sight` from height[rows, cols] and the machine's record; shares `remaining`, `time_left`."""
+    pose = machine[0]
+    _fill_patch(height, job, job.solid, pose, cell, view, sight.patch)
+    _fill_pose(job, pose, view, remaining, time_left, sight.pose)
+    _fill_overview(height, job, pose, cell, view, sight.overview)
+    _fill_map(height, job, job.solid, sight.map)
+
+
+@kernel
+def _fill_patch(height, job, solid, pose, cell, view, patch):
+    """Nearest cell to each pixel; row 0 is farthest ahead, column 0 farthest left."""
+    rows, cols = height.shape
+    size = patch.shape[1]
+    step = view.resolution / cell
+    east, north = cos(pose.heading) * step, sin(pose.heading) * step
+    ahead, left = view.ahead * size - 0.5, 0.5 * size - 0.5
+    ground = pose.z
+    for i in range(size):
+        x = pose.x / cell + (ahead - i) * east - left * north
+        y = pose.y / cell + (ahead - i) * north + left * east
+        for j in range(size):
+            c, r = floor(x + j * north), floor(y - j * east)
+            if c >= 0 and c < cols and r >= 0 and r < rows:
+                h = float(height[r, c])
+                patch[0, i, j] = min(max(h - ground, -HEIGHT_LIMIT), HEIGHT_LIMIT)
+                patch[1, i, j] = min(max(h - job.target[r, c], job.low[r, c]), job.high[r, c])
+                if solid is not None:
+                    patch[2, i, j] = solid[r, c]
+            else:
+                patch[0, i, j] = view.beyond
+                patch[1, i, j] = 0.0
+                if solid is not None:
+                    patch[2, i, j] = 1.0
+
+
+@kernel
+def _fill_pose(job, pose, view, remaining, time_left, out):
+    """Write the entries in the order of POSE_ENTRIES, scaled and clipped."""
+    distance, east, north = _to_goal(job.centers, pose.x, pose.y)
+    ahead, left = cos(pose.heading), sin(pose.heading)
+    values = (
+        pose.x,
+        pose.y,
+        left,
+        ahead,
+        pose.edge,
+        pose.speed,
+        pose.yaw_rate,
+        pose.pitch,
+        pose.roll,
+        pose.load,
+        east * ahead + north * left,
+        north * ahead - east * left,
+        distance,
+        remaining,
+        time_left,
+    )
+    for i in range(len(values)):
+        out[i] = min(max((values[i] - view.offset[i]) / view.scale[i], view.low[i]), view.high[i])
+
+
+@kernel
+def _to_goal(centers, x, y):
+    """Distance [m] and direction (unit vector east, north) to the nearest goal's centre; no direction at distance 0."""
+    nearest = 0
+    for i in range(1, centers.shape[0]):
+        if hypot(centers[i, 0] - x, centers[i, 1] - y) < hypot(centers[nearest, 0] - x, centers[nearest, 1] - y):
+            nearest = i
+    east, north = centers[nearest, 0] - x, centers[nearest, 1] - y
+    distance = hypot(east, north)
+    share = 1.0 / distance if distance > 0.0 else 0.0
+    return distance, east * share, north * share
+
+
+@kernel
+def _fill_overview(height, job, pose, cell, view, overview):
+    """Soil to move (of all soil) and goal (of all goal cells) in squares around the machine, its heading up.
+
+    What lies beyond the outermost squares counts to them, so that nothing is out of sight.
+    """
+    if overview is None:
+        return
+    rows, cols = height.shape
+    last = overview.shape[1] - 1
+    overview[:] = 0.0
+    step = cell / view.overview_cell
+    east, north = cos(pose.heading) * step, sin(pose.heading) * step
+    volume = cell * cell / job.soil
+    goal = 0.0
+    for r in range(rows):
+        for c in range(cols):
+            dx, dy = c + 0.5 - pose.x / cell, r + 0.5 - pose.y / cell
+            i = min(max(floor(0.5 * (last + 1) - dx * east - dy * north), 0), last)
+            j = min(max(floor(0.5 * (last + 1) + dx * north - dy * east), 0), last)
+            excess = max(float(height[r, c]) - float(job.target[r, c]), 0.0)
+            overview[0, i, j] += excess * job.outside[r, c] * volume
+            overview[1, i, j] += job.goal[r, c]
+            goal += job.goal[r, c]
+    for i in range(last + 1):
+        for j in range(last + 1):
+            overview[0, i, j] = min(overview[0, i, j], 4.0)
+            overview[1, i, j] /= max(goal, 1.0)
+
+
+@kernel
+def _fill_map(height, job, solid, site):
+    """Height over the datum, what is to do, walls; in the world frame, row 0 in the south."""
+    if site is None:
+        return
+    for r in range(height.shape[0]):
+        for c in range(height.shape[1]):
+            site[0, r, c] = min(max(height[r, c], -MAP_LIMIT), MAP_LIMIT)
+            site[1, r, c] = min(max(height[r, c] - job.target[r, c], job.low[r, c]), job.high[r, c])
+            if solid is not None:
+                site[2, r, c] = solid[r, c]

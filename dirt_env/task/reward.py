@@ -1,0 +1,45 @@
+"""Reward terms: named, without weights; an episode's reward is their weighted sum."""
+
+from dataclasses import dataclass
+
+from dirt_env.sim.params import Soil
+from dirt_env.task.goal import Remaining
+
+TERMS = ("work", "energy", "time", "spill", "success")
+GRAVITY = 9.81  # m/s2
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the terms of one episode are measured in.
+
+    `potential` [m4] at the start; `energy` [J] of dragging all the soil straight to the goal; `steps` in the nominal
+    job time; `soil` [m3] to move.
+    """
+
+    potential: float
+    energy: float
+    steps: float
+    soil: float
+
+
+def scale_of(start: Remaining, soil: Soil, volume: float, period: float, time: float) -> Scale:
+    """Scales of an episode that starts with `start`, has `volume` m3 to move and control steps of `period` s."""
+    potential = max(start.potential, 1e-9)
+    return Scale(potential, soil.density * GRAVITY * soil.friction * potential, time / period, max(volume, 1e-9))
+
+
+def reward_terms(
+    before: Remaining, after: Remaining, work: float, lost: float, finished: bool, scale: Scale
+) -> dict[str, float]:
+    """Terms of one step that did `work` [J] and lost `lost` [m3] over the border, by name (see TERMS).
+
+    `work` is a difference of potentials: over any loop it adds up to nothing, over a whole job to 1.
+    """
+    return {
+        "work": (before.potential - after.potential) / scale.potential,
+        "energy": -work / scale.energy,
+        "time": -1.0 / scale.steps,
+        "spill": -lost / scale.soil,
+        "success": 1.0 if finished else 0.0,
+    }

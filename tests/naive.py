@@ -1,0 +1,119 @@
+"""Slow, obvious twins of the kernels: the whole map at once, no windows, no packing, one plain loop per thought.
+
+The arithmetic is written in the same order as in the kernels, so that tests can ask for equality to the last bit.
+"""
+
+from math import cos, sin
+
+import numpy as np
+
+RATE = 0.24
+
+
+def thresholds(dtype, quantum, cell, soil):
+    """(T, settled, lock) as in `slump.limits`."""
+    slack = max(soil.tolerance * max(soil.slope, 0.01) * cell, 4 * quantum)
+    lock = 1.5 * 2.0 ** (23 if dtype == np.float32 else 52) * quantum
+    return dtype(soil.slope * cell), dtype(soil.slope * cell + slack), dtype(lock)
+
+
+def settle(height, quantum, cell, soil, solid=None, outside=None, line=None):
+    """Sweep the whole map until nothing moves. Returns (height, sweeps, height lost over the open border)."""
+    h = np.array(height)
+    rim = None
+    if outside is not None:
+        h = np.pad(h, 1)
+        rim = np.pad(np.zeros(np.shape(height), bool), 1, constant_values=True)
+        ground_outside = np.pad(np.asarray(outside), 1, mode="edge")
+        solid = np.pad(solid, 1) if solid is not None else None
+    crossed = [] if line is None else list(blocked_links(h.shape, cell, line, 0 if rim is None else 1))
+    lost = 0.0
+    sweeps = 0
+    while True:
+        if rim is not None:  # the ground outside takes soil and gives none
+            h[rim] = np.minimum(ground_outside, np.pad(h[1:-1, 1:-1], 1, mode="edge"))[rim]
+        new, moved = sweep(h, quantum, cell, soil, solid, rim, crossed)
+        sweeps += 1
+        if rim is not None:
+            lost += float(np.sum(new[rim].astype(np.float64) - h[rim]))
+        h = new
+        if not moved or sweeps >= soil.max_sweeps:
+            return (h if rim is None else h[1:-1, 1:-1]), sweeps, lost
+
+
+def sweep(h, quantum, cell, soil, solid, rim, crossed=()):
+    """One explicit step of the whole map; returns the new heights and whether anything moved."""
+    dtype = h.dtype.type
+    threshold, settled, lock = thresholds(dtype, quantum, cell, soil)
+    open_x = np.ones((h.shape[0], h.shape[1] - 1), bool)
+    open_y = np.ones((h.shape[0] - 1, h.shape[1]), bool)
+    for mask, both in ((solid, False), (rim, True)):
+        if mask is not None:
+            pair_x, pair_y = (mask[:, :-1], mask[:, 1:]), (mask[:-1], mask[1:])
+            open_x &= ~(pair_x[0] & pair_x[1] if both else pair_x[0] | pair_x[1])
+            open_y &= ~(pair_y[0] & pair_y[1] if both else pair_y[0] | pair_y[1])
+    blocked = [link for link in crossed if (open_x if link[0] else open_y)[link[1], link[2]]]
+    for along_x, r, c, _, _ in blocked:
+        (open_x if along_x else open_y)[r, c] = False
+    # Differences, padded by closed links all round, so that every link has four across.
+    x = np.pad(np.where(open_x, h[:, 1:] - h[:, :-1], dtype(0)), 1)
+    y = np.pad(np.where(open_y, h[1:] - h[:-1], dtype(0)), 1)
+    up, down = y[1:, 1:-1], y[:-1, 1:-1]
+    across_x = dtype(0.25) * ((up[:, :-1] + up[:, 1:]) + (down[:, :-1] + down[:, 1:]))
+    right, left = x[1:-1, 1:], x[1:-1, :-1]
+    across_y = dtype(0.25) * ((right[:-1] + right[1:]) + (left[:-1] + left[1:]))
+    flux_x = _flux(x[1:-1, 1:-1], across_x, threshold, settled, lock)
+    flux_y = _flux(y[1:-1, 1:-1], across_y, threshold, settled, lock)
+    for along_x, r, c, edge, top in blocked:
+        a, b = h[r, c], h[r, c + 1] if along_x else h[r + 1, c]
+        flow = _link_flux(max(a, b), min(a, b), dtype(edge), dtype(top), threshold, settled, lock)
+        (flux_x if along_x else flux_y)[r, c] = flow if b > a else -flow
+    fx, fy = np.pad(flux_x, ((0, 0), (1, 1))), np.pad(flux_y, ((1, 1), (0, 0)))
+    new = h + ((fx[:, 1:] - fx[:, :-1]) + (fy[1:] - fy[:-1]))
+    return new, bool(np.any(flux_x) or np.any(flux_y))
+
+
+def _flux(drop, across, threshold, settled, lock):
+    steep = np.sqrt(drop * drop + across * across)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(steep > settled, (steep - threshold) / steep, drop.dtype.type(0))
+    return (drop.dtype.type(RATE) * drop * share + lock) - lock
+
+
+def _link_flux(high, low, edge, top, threshold, settled, lock):
+    excess = max(high - max(low, top), min(high, edge) - low) - threshold
+    return (type(high)(RATE) * excess + lock) - lock if excess > settled - threshold else type(high)(0)
+
+
+def frame(line, x, y):
+    """(ahead, left) of a point in the blade's frame [m]."""
+    dx, dy = x - line.x, y - line.y
+    return dx * line.ahead_x + dy * line.ahead_y, dy * line.ahead_x - dx * line.ahead_y
+
+
+def blocked_links(shape, cell, line, shift=0):
+    """Every link of the map that crosses the blade: (along x, row, column, edge there, top there)."""
+    for r in range(shape[0]):
+        for c in range(shape[1]):
+            for along_x, r2, c2 in ((1, r, c + 1), (0, r + 1, c)):
+                if r2 >= shape[0] or c2 >= shape[1]:
+                    continue
+                a, u = frame(line, (c - shift + 0.5) * cell, (r - shift + 0.5) * cell)
+                a2, u2 = frame(line, (c2 - shift + 0.5) * cell, (r2 - shift + 0.5) * cell)
+                if (a > 0) == (a2 > 0):
+                    continue
+                u += (u2 - u) * a / (a - a2)
+                if abs(u) <= line.half:
+                    edge = line.edge + line.roll * u
+                    yield along_x, r, c, edge, edge + line.height
+
+
+def track_plane(sample, x, y, heading, machine, stations=5):
+    """(z, pitch, roll) by numpy's least squares through samples of the ground under the tracks."""
+    rows = []
+    heights = []
+    for s in np.linspace(-0.5, 0.5, stations) * machine.length:
+        for u in np.array([-0.5, 0.0, 0.5]) * machine.width:
+            rows.append((1.0, s, u))
+            heights.append(sample(x + s * cos(heading) - u * sin(heading), y + s * sin(heading) + u * cos(heading)))
+    return np.linalg.lstsq(np.array(rows), np.array(heights), rcond=None)[0]

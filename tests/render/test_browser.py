@@ -1,0 +1,70 @@
+"""The replay in a real browser: it draws, with and without a graphics card, and says nothing on the console."""
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from dirt_env.render.replay import Recorder
+
+CHROMIUM = next(
+    (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
+)
+FLAGS = [
+    *("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--window-size=1000,700"),
+    *("--enable-logging=stderr", "--virtual-time-budget=2000"),
+]
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on the PATH"),
+]
+
+
+@pytest.fixture
+def replay(site, make_pose, tmp_path):
+    path = tmp_path / "replay.html"
+    recorder = Recorder("Heap </script>", "a <b>site</b>", site.cell, site.blade, site.machine)
+    for label in ("one", "two"):
+        recorder.begin(label, start=site.start, goal=site.goal, solid=site.solid, target=site.target)
+        for step in range(80):
+            pose = make_pose(x=2 + 0.2 * step, y=6, heading=0.02 * step, edge=-0.1)
+            recorder.add(np.roll(site.height, step // 4, axis=1), pose, 0.5 * step, {"share_in_goal": step / 79})
+    recorder.write_html(path)
+    return path
+
+
+def browse(path, hash_, folder, *flags):
+    """The page after its scripts ran, and what was said on the console."""
+    command = [CHROMIUM, *FLAGS, f"--user-data-dir={folder / 'profile'}", *flags, f"{path.as_uri()}#{hash_}"]
+    done = subprocess.run(command, capture_output=True, timeout=120, check=True)
+    said = re.findall(r':CONSOLE[:(]\d+\)?\] "(.*)"', done.stderr.decode("utf-8", "replace"))
+    return done.stdout.decode("utf-8"), [line for line in said if "GL Driver Message" not in line]
+
+
+@pytest.mark.parametrize(
+    ("renderer", "flags"), [("webgl2", []), ("canvas", ["--disable-3d-apis"])], ids=["webgl2", "canvas"]
+)
+def test_replay_draws_without_a_word(replay, tmp_path, renderer, flags):
+    page, said = browse(replay, "at=20&episode=1&camera=follow", tmp_path, "--dump-dom", *flags)
+    assert said == []
+    assert re.search(rf'<html[^>]*data-renderer="{renderer}"[^>]*data-state="ready"', page)
+    assert "0:20 / 0:39" in page
+    assert re.search(r"<dt[^>]*>share in goal</dt><dd[^>]*>50.6 %</dd>", page)
+    assert '<h1 id="title">Heap &lt;/script&gt;</h1>' in page
+
+
+@pytest.mark.parametrize("renderer", ["webgl2", "canvas"])
+def test_the_ground_is_seen(replay, tmp_path, renderer):
+    image = pytest.importorskip("PIL.Image")
+    shot = tmp_path / "shot.png"
+    browse(replay, f"at=10&camera=top&renderer={renderer}", tmp_path, f"--screenshot={shot}")
+    with image.open(shot) as picture:
+        middle = np.asarray(picture.convert("RGB")).astype(int)[150:550, 200:800]
+    assert ((middle[..., 0] - middle[..., 2]) > 25).mean() > 0.5, "earth in the middle"
+    assert ((middle[..., 2] - middle[..., 0]) > 60).sum() > 100, "the goal's blue outline"
+    assert ((middle[..., 0] > 180) & (middle[..., 2] < 90)).sum() > 100, "yellow: start and machine"

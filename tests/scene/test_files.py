@@ -1,0 +1,160 @@
+"""Height maps from files: the same ground out of every format; what a file lacks or does wrong is said."""
+
+import sys
+
+import numpy as np
+import pytest
+import rasterio
+from PIL import Image
+from rasterio.transform import Affine
+
+from dirt_env.scene import files
+from dirt_env.scene.files import Reading, read_raster
+
+NORTH_UP = np.array([[5.0, 6.0, 7.0], [1.0, 2.0, 3.0]])  # first row north
+SOUTH_UP = NORTH_UP[::-1]
+
+
+def pixels(across, down):
+    """The transform of a map whose first row is the northern one."""
+    return Affine(across, 0.0, 10.0, 0.0, -down, 50.0)
+
+
+def write_tif(path, heights=NORTH_UP, transform=None, crs="EPSG:32633", nodata=None):
+    bands = heights if heights.ndim == 3 else heights[None]
+    count, rows, cols = bands.shape
+    transform = transform or pixels(2.0, 2.0)
+    options = {"driver": "GTiff", "dtype": "float32", "crs": crs, "transform": transform, "nodata": nodata}
+    with rasterio.open(path, "w", height=rows, width=cols, count=count, **options) as target:
+        target.write(bands.astype("float32"))
+    return str(path)
+
+
+def write_asc(path, header="cellsize 2.0", body="5 6 7\n1 2 3\n", corner="xllcorner 100\nyllcorner 200"):
+    path.write_text(f"ncols 3\nnrows 2\n{corner}\n{header}\nNODATA_value -99\n{body}")
+    return str(path)
+
+
+def test_every_format_gives_the_same_ground(tmp_path):
+    np.save(tmp_path / "a.npy", SOUTH_UP)
+    np.savez(tmp_path / "a.npz", elevation=NORTH_UP, spacing=np.float64(2.0))
+    Image.fromarray(NORTH_UP.astype(np.uint16)).save(tmp_path / "a.png")
+    read = [
+        read_raster(str(tmp_path / "a.npy"), Reading()),
+        read_raster(str(tmp_path / "a.npz"), Reading(first_row="north")),
+        read_raster(str(tmp_path / "a.png"), Reading()),
+        read_raster(write_asc(tmp_path / "a.asc"), Reading()),
+        read_raster(write_tif(tmp_path / "a.tif"), Reading()),
+    ]
+    for raster in read:
+        np.testing.assert_array_equal(raster.height, SOUTH_UP)
+    assert [raster.cell for raster in read] == [None, None, None, 2.0, 2.0]
+
+
+def test_png_keeps_sixteen_bits(tmp_path):
+    Image.fromarray(np.array([[65535, 258]], dtype=np.uint16)).save(tmp_path / "a.png")
+    assert read_raster(str(tmp_path / "a.png"), Reading()).height.tolist() == [[65535.0, 258.0]]
+
+
+def test_nodata_of_the_file_and_of_the_scene_become_nan(tmp_path):
+    holes = np.where(NORTH_UP == 6, -99.0, NORTH_UP)
+    np.save(tmp_path / "a.npy", np.where(SOUTH_UP == 6, np.inf, SOUTH_UP))
+    for raster in (
+        read_raster(write_asc(tmp_path / "a.asc", body="5 -99 7\n1 2 3"), Reading()),
+        read_raster(write_tif(tmp_path / "a.tif", holes, nodata=-99.0), Reading()),
+        read_raster(write_tif(tmp_path / "b.tif", holes), Reading(nodata_value=-99.0)),
+        read_raster(str(tmp_path / "a.npy"), Reading()),
+    ):
+        np.testing.assert_array_equal(raster.height, np.where(SOUTH_UP == 6, np.nan, SOUTH_UP))
+
+
+def test_geotiff_reads_only_what_the_crop_needs(tmp_path):
+    heights = np.arange(400.0).reshape(20, 20)
+    path = write_tif(tmp_path / "a.tif", heights)
+    raster = read_raster(path, Reading(crop=(8.0, 4.0, 16.0, 12.0)))
+    assert raster.size == (40.0, 40.0)
+    assert raster.origin == (6.0, 2.0)
+    np.testing.assert_array_equal(raster.height, heights[::-1][1:7, 3:9])
+
+
+def test_geotiff_with_south_first_is_turned(tmp_path):
+    path = write_tif(tmp_path / "a.tif", SOUTH_UP, Affine(2.0, 0, 0, 0, 2.0, 0))
+    np.testing.assert_array_equal(read_raster(path, Reading()).height, SOUTH_UP)
+
+
+@pytest.mark.parametrize(
+    ("transform", "crs", "said"),
+    [
+        (pixels(2.0, 3.0), "EPSG:32633", r"cells of 2 m x 3 m; allowed: squares"),
+        (pixels(1e-4, 1e-4), "EPSG:4326", r"in degrees .*EPSG:4326.*; allowed: metres"),
+        (pixels(2.0, 2.0), "EPSG:2225", r"in US survey foot of 0.304801 m; allowed: metres"),
+        (Affine(2.0, 0.3, 0.0, 0.3, -2.0, 0.0), "EPSG:32633", r"is turned against its map"),
+    ],
+)
+def test_geotiffs_that_are_no_square_metres_are_refused(tmp_path, transform, crs, said):
+    with pytest.raises(ValueError, match=said):
+        read_raster(write_tif(tmp_path / "a.tif", transform=transform, crs=crs), Reading())
+
+
+def test_bands(tmp_path):
+    path = write_tif(tmp_path / "a.tif", np.stack([NORTH_UP, NORTH_UP + 10]))
+    with pytest.raises(ValueError, match=r"has 2 bands; say which"):
+        read_raster(path, Reading())
+    np.testing.assert_array_equal(read_raster(path, Reading(band=2)).height, SOUTH_UP + 10)
+    with pytest.raises(ValueError, match=r"ground.band is 3; allowed: 1 to 2"):
+        read_raster(path, Reading(band=3))
+
+
+@pytest.mark.parametrize(
+    ("header", "corner", "body", "said"),
+    [
+        ("dx 2.0\ndy 3.0", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"cells of 2 m x 3 m; allowed: squares"),
+        ("cellsize 0.0008", "xllcorner -84.4\nyllcorner 36.6", "5 6 7 1 2 3", r"these are degrees"),
+        ("cellsize 0", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"cellsize 0; allowed: > 0 m"),
+        ("cellsize 2", "xllcorner 0\nyllcorner 0", "5 6 7 1 2", r"has 5 heights; its header says 2 x 3 = 6"),
+        ("cellsize 2", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 x", r"no number"),
+        ("", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"no cellsize"),
+    ],
+)
+def test_faulty_ascii_grids_are_refused(tmp_path, header, corner, body, said):
+    with pytest.raises(ValueError, match=said):
+        read_raster(write_asc(tmp_path / "a.asc", header, body, corner), Reading())
+
+
+def test_faulty_arrays_are_refused(tmp_path):
+    np.save(tmp_path / "cube.npy", np.zeros((2, 2, 2)))
+    np.save(tmp_path / "pickle.npy", np.array([{}], dtype=object), allow_pickle=True)
+    np.savez(tmp_path / "two.npz", a=np.zeros((2, 2)), b=np.zeros((2, 2)))
+    (tmp_path / "broken.npz").write_bytes(b"PK\x03\x04 nothing")
+    (tmp_path / "broken.tif").write_bytes(b"nothing")
+    Image.new("RGB", (2, 2)).save(tmp_path / "colour.png")
+    for name, said in {
+        "cube.npy": r"shape \(2, 2, 2\)",
+        "pickle.npy": r"allow_pickle",
+        "two.npz": r"2 two-dimensional arrays \(a, b\); say ground.array",
+        "broken.npz": r"cannot be read as .npz",
+        "broken.tif": r"cannot be read as .tif",
+        "colour.png": r"mode RGB; allowed: one grey channel",
+        "missing.npy": r"is no file",
+        "ground.jpg": r"ends in '.jpg'; allowed: .npy, .npz, .asc, .tif, .tiff, .png",
+    }.items():
+        with pytest.raises(ValueError, match=said):
+            read_raster(str(tmp_path / name), Reading())
+    with pytest.raises(ValueError, match=r"ground.array is 'c'; allowed: a, b"):
+        read_raster(str(tmp_path / "two.npz"), Reading(array="c"))
+
+
+def test_first_row_of_a_georeferenced_file_is_not_up_to_the_scene(tmp_path):
+    with pytest.raises(ValueError, match=r"ground.first_row is 'south'; a.asc says itself"):
+        read_raster(write_asc(tmp_path / "a.asc"), Reading(first_row="south"))
+
+
+def test_a_missing_package_is_named_with_its_command(tmp_path, monkeypatch):
+    path = write_tif(tmp_path / "a.tif")
+    monkeypatch.setitem(sys.modules, "rasterio", None)
+    with pytest.raises(ImportError, match=r'pip install "dirt-push\[files\]"'):
+        read_raster(path, Reading())
+
+
+def test_suffixes_are_those_of_the_manual():
+    assert files.SUFFIXES == (".npy", ".npz", ".asc", ".tif", ".tiff", ".png")

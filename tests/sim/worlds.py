@@ -1,0 +1,57 @@
+"""Worlds and blades for the tests of the physics."""
+
+from itertools import pairwise
+from math import cos, radians, sin, tan
+
+import numpy as np
+
+from dirt_env.sim.advance import move_soil, settle
+from dirt_env.sim.blade import Line
+from dirt_env.sim.params import Grid, Soil
+from dirt_env.sim.state import make_world
+
+SOIL = Soil()
+FINE = Soil(tolerance=1e-3)
+
+
+def soil_of(repose_deg, **others):
+    """Soil with an angle of repose in degrees."""
+    return Soil(slope=tan(radians(repose_deg)), **others)
+
+
+def world_of(height, cell=0.5, **others):
+    """(world, grid) with that ground, not settled."""
+    height = np.asarray(height, np.float64)
+    grid = Grid(*height.shape, cell)
+    return make_world(height, grid, **others), grid
+
+
+def settled(height, cell=0.5, soil=SOIL, **others):
+    """(world, grid, sweeps) with that ground after it has slumped."""
+    world, grid = world_of(height, cell, **others)
+    return world, grid, settle(world, grid, soil)
+
+
+def line_at(x, y, heading, width=3.0, edge=0.0, height=1.0, roll=0.0):
+    """A blade with its centre at (x, y)."""
+    return Line(x, y, cos(heading), sin(heading), width / 2, edge, roll, height)
+
+
+def sweep_blade(world, grid, lines, soil=SOIL):
+    """Move the blade from line to line through the soil; returns (moved, lost, stuck, sweeps), heights of one cell."""
+    totals = np.zeros(4)
+    for old, new in pairwise(lines):
+        move_soil(
+            world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
+            world.pending, grid.cell, soil, world.quantum, old, new, totals,
+        )  # fmt: skip
+    return totals
+
+
+def straight(x0, y0, heading, distance, stride, **blade):
+    """Lines along a straight way of `distance` metres in strides of about `stride`."""
+    steps = max(round(abs(distance) / stride), 1)
+    return [
+        line_at(x0 + s * cos(heading), y0 + s * sin(heading), heading, **blade)
+        for s in np.linspace(0, distance, steps + 1)
+    ]

@@ -1,0 +1,35 @@
+"""Reward terms: a potential's fall, and what it took."""
+
+import pytest
+
+from dirt_env.sim.params import Soil
+from dirt_env.task.goal import Remaining
+from dirt_env.task.reward import GRAVITY, TERMS, reward_terms, scale_of
+
+SOIL = Soil(density=1500.0, friction=0.5)
+START = Remaining(potential=80.0, misplaced=8.0, moved=0.0, stray=0.0, grade_error=0.0)
+SCALE = scale_of(START, SOIL, volume=8.0, period=0.5, time=100.0)
+
+
+def test_a_whole_job_is_worth_one():
+    done = START._replace(potential=0.0)
+    assert reward_terms(START, done, 0.0, 0.0, True, SCALE)["work"] == 1.0
+
+
+def test_going_and_coming_back_is_worth_nothing():
+    there = START._replace(potential=33.0)
+    forth, back = (reward_terms(a, b, 0.0, 0.0, False, SCALE) for a, b in ((START, there), (there, START)))
+    assert forth["work"] + back["work"] == 0.0
+
+
+def test_terms_have_their_scales():
+    ideal = SOIL.density * GRAVITY * SOIL.friction * START.potential
+    terms = reward_terms(START, START, work=ideal, lost=2.0, finished=False, scale=SCALE)
+    assert terms == {"work": 0.0, "energy": -1.0, "time": pytest.approx(-1 / 200), "spill": -0.25, "success": 0.0}
+    assert tuple(terms) == TERMS
+
+
+def test_nothing_to_do_divides_by_nothing():
+    nothing = Remaining(0.0, 0.0, 0.0, 0.0, 0.0)
+    scale = scale_of(nothing, SOIL, 0.0, 0.5, 100.0)
+    assert reward_terms(nothing, nothing, 0.0, 0.0, False, scale)["work"] == 0.0

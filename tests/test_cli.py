@@ -1,0 +1,192 @@
+"""`dirt-push`: what it prints, what it writes, and how it refuses."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from dirt_env import __version__
+from dirt_env.cli import main, read_settings
+from dirt_env.config import load, scene_names
+from dirt_env.policy import load_policy, policy_names
+
+FIGURES = (
+    "share_in_goal",
+    "volume_moved_m3",
+    "spilled_m3",
+    "time_s",
+    "m3_per_h",
+    "work_kj",
+    "distance_m",
+    "steps",
+    "grade_error_m",
+)
+SHORT = ["--policy", "random", "--steps", "6"]
+
+
+def refusal(arguments, capsys):
+    """The one line on stderr for bad input."""
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("dirt-push: error: ")
+    assert captured.err.count("\n") == 1
+    return captured.err
+
+
+def test_run_writes_figures_replay_and_animation(tmp_path, capsys):
+    assert main(["run", *SHORT, "--episodes", "2", "--seed", "5", "--out", str(tmp_path / "new")]) == 0
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {"summary.json", "replay.html", "replay.gif"}
+    summary = json.loads((tmp_path / "new" / "summary.json").read_text())
+    assert (summary["policy"], summary["scene"], summary["seed"]) == ("random", "heap", 5)
+    assert [episode["seed"] for episode in summary["episodes"]] == [5, 6]
+    for figures in (*summary["episodes"], summary["mean"]):
+        assert all(isinstance(figures[name], int | float) for name in FIGURES)
+    assert summary["mean"]["steps"] == 6
+    assert summary["mean"]["distance_m"] == pytest.approx(sum(e["distance_m"] for e in summary["episodes"]) / 2)
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    table = captured.out.splitlines()
+    assert [line.split()[0] for line in table[1:5]] == ["episode", "1", "2", "mean"]
+
+
+def test_the_same_seed_writes_the_same_summary(tmp_path):
+    for name in ("a", "b"):
+        assert main(["run", *SHORT, "--no-replay", "--out", str(tmp_path / name)]) == 0
+    assert (tmp_path / "a" / "summary.json").read_bytes() == (tmp_path / "b" / "summary.json").read_bytes()
+
+
+def test_options_reach_the_scene(tmp_path):
+    changes = ["--level", "0", "--set", "soil.repose=30", "--set", "site.border=open", "--set", "site.size=[28, 28]"]
+    assert main(["run", *SHORT, *changes, "--no-replay", "--out", str(tmp_path)]) == 0
+    config = json.loads((tmp_path / "summary.json").read_text())["config"]
+    assert config["soil"]["repose"] == 30.0
+    assert config["site"]["border"] == "open"
+    assert config["site"]["size"] == [28.0, 28.0]
+    assert config["layout"]["level"] == 0
+
+
+def test_without_steps_an_episode_lasts_the_nominal_time(tmp_path):
+    arguments = ["run", "--policy", "idle", "--set", "task.time=10", "--no-replay", "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    assert json.loads((tmp_path / "summary.json").read_text())["mean"]["time_s"] == 10.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--scene", "haep"], "heap"),
+        (["--scene", "missing.toml"], "missing.toml"),
+        (["--policy", "clever"], "policy is 'clever'; known: "),
+        (["--set", "soil.repos=3"], "repose"),
+        (["--set", "site.cell=0"], "site.cell is 0"),
+        (["--set", "site.cell"], "KEY=VALUE"),
+        (["--set", "blade.width=0.6"], "blade.width is 0.6"),
+        (["--level", "17"], "17"),
+    ],
+)
+def test_bad_input_is_one_clear_line(arguments, words, tmp_path, capsys):
+    line = refusal(["run", *SHORT, *arguments, "--out", str(tmp_path / "out")], capsys)
+    assert words in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_out_has_to_be_a_folder(tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    for out in ("file", "file/below"):
+        refusal(["run", *SHORT, "--out", str(tmp_path / out)], capsys)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_missing_pillow_is_said_before_the_run(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("dirt_env.run.find_spec", lambda name: None)
+    assert "pillow" in refusal(["run", *SHORT, "--out", str(tmp_path)], capsys)
+    assert main(["run", *SHORT, "--no-replay", "--out", str(tmp_path)]) == 0
+
+
+@pytest.mark.parametrize("number", ["0", "-3", "many", "1.5"])
+def test_numbers_are_whole_and_positive(number, tmp_path, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["run", "--episodes", number, "--out", str(tmp_path)])
+    assert caught.value.code == 2
+    assert f"is '{number}'; allowed: whole numbers >= 1" in capsys.readouterr().err
+
+
+def test_scenes_and_policies_are_listed(capsys):
+    assert main(["scenes"]) == 0
+    scenes = capsys.readouterr().out.splitlines()
+    assert main(["policies"]) == 0
+    policies = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in scenes] == list(scene_names())
+    assert [line.split()[0] for line in policies] == list(policy_names())
+    assert all(len(line.split()) > 3 for line in scenes + policies)
+
+
+def test_the_version(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"dirt-push {__version__}\n"
+
+
+def test_settings_are_nested_and_typed():
+    settings = ["a.b=1", "a.c=[1.5, 2]", "d=true", 'e="x y"', "f=word", "a.g={kind = 'flat'}"]
+    nested = {"a": {"b": 1, "c": [1.5, 2], "g": {"kind": "flat"}}, "d": True, "e": "x y", "f": "word"}
+    assert read_settings(settings) == nested
+
+
+@pytest.mark.parametrize("setting", ["", "=1", "a..b=1", "a"])
+def test_settings_have_a_key_and_a_value(setting):
+    with pytest.raises(ValueError, match="allowed: KEY=VALUE"):
+        read_settings([setting])
+
+
+def test_a_value_is_no_table():
+    with pytest.raises(ValueError, match="a is a value already"):
+        read_settings(["a=1", "a.b=2"])
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "dirt_env", *arguments]
+
+
+def test_an_interrupted_run_keeps_what_is_finished(tmp_path, capsys, monkeypatch):
+    """Ctrl-C in the third episode: status 130, figures of two episodes and the replay of all that was seen."""
+    kind = type(load_policy("random", load()))
+    act, calls = kind.act, []
+
+    def interrupted(self, observation):
+        calls.append(self)
+        if len(calls) > 2 * 6 + 3:
+            raise KeyboardInterrupt
+        return act(self, observation)
+
+    monkeypatch.setattr(kind, "act", interrupted)
+    assert main(["run", *SHORT, "--episodes", "100", "--out", str(tmp_path)]) == 130
+    captured = capsys.readouterr()
+    assert captured.err == "dirt-push: interrupted after 2 of 100 episodes\n"
+    assert "mean" in captured.out
+    assert len(json.loads((tmp_path / "summary.json").read_text())["episodes"]) == 2
+    assert {path.name for path in tmp_path.iterdir()} == {"summary.json", "replay.html", "replay.gif"}
+
+
+@pytest.mark.slow
+def test_a_reader_that_stops_early_is_no_error():
+    script = f"{sys.executable} -m dirt_env policies | head -n 1 >/dev/null; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+def test_a_terminal_gets_a_progress_bar(tmp_path):
+    leader, follower = os.openpty()
+    arguments = command("run", *SHORT, "--no-replay", "--out", str(tmp_path))
+    subprocess.run(arguments, stderr=follower, stdout=subprocess.DEVNULL, timeout=300, check=True)
+    os.close(follower)
+    shown = os.read(leader, 100_000).decode()
+    os.close(leader)
+    assert "episode 1 of 1" in shown
+    assert "#" in shown

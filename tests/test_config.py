@@ -1,0 +1,314 @@
+"""Scenes: names, files, mappings and overrides; defaults; round trips; every refusal with its numbers."""
+
+import json
+import pickle
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dirt_env.config import SceneConfig, layout, load, scene_names
+from dirt_env.config.loading import merge
+from dirt_env.config.rules import Kinds, Many, Rule, Table
+from dirt_env.config.tables import SCENE
+from dirt_env.scene.sampling import LEVELS
+from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.params import Blade, Grid, Machine, Soil
+
+FIXED = {
+    "start": [{"region": {"kind": "circle", "center": [9, 16], "radius": 3}, "volume": 10}],
+    "goal": [{"region": {"kind": "circle", "center": [21, 16], "radius": 3.5}}],
+}
+
+
+def fixed(**more):
+    """A scene with one start and one goal, and `more` tables merged over it."""
+    return load(FIXED, **more)
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_shipped_scenes_are_sound(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        config = load(name)
+        first = layout(config, np.random.default_rng(5))
+    assert config.name == name
+    assert config.description
+    assert first.height.shape == first.target.shape == (config.grid.rows, config.grid.cols)
+    assert np.isfinite(first.height).all()
+    assert first.soil > 5
+    assert (first.solid is not None) == config.has_walls
+    assert load(json.loads(json.dumps(config.to_dict()))) == config
+    assert pickle.loads(pickle.dumps(config)) == config
+    assert hash(load(name)) == hash(config)
+
+
+def test_the_named_situations_are_shipped():
+    assert set(scene_names()) >= {"heap", "several_starts", "several_goals", "uneven", "dig", "posts", "pad"}
+    assert load("several_goals").grid == Grid(48, 80, 0.5)
+    assert len(load("several_starts").starts) == 3
+
+
+def test_the_default_scene():
+    config = load()
+    assert config == load("heap")
+    assert (config.grid, config.soil, config.blade, config.machine) == (Grid(), Soil(), Blade(), Machine())
+    assert config.layout == LEVELS[1]
+    assert (config.task.period, config.task.time, config.task.success) == (0.5, 300.0, 0.95)
+    assert config.observation.resolution == 0.5
+
+
+@pytest.mark.parametrize("level", range(6))
+def test_levels_are_presets_whose_numbers_can_be_overridden(level):
+    config = load(level=level, layout={"room": 2.5})
+    assert config.layout.level == level
+    assert config.layout.heaps == LEVELS[level].heaps
+    assert config.layout.room == 2.5
+    assert load(config.to_dict()) == config
+
+
+def test_numbers_that_vary_may_be_one_number_or_two():
+    assert load(layout={"volume": 9}).layout.volume == (9.0, 9.0)
+    assert load(layout={"volume": [7, 9]}).layout.volume == (7.0, 9.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    repose=st.floats(20.0, 50.0),
+    volume=st.tuples(st.floats(1.0, 5.0), st.floats(5.0, 6.0)),
+    angle=st.floats(-360.0, 360.0),
+    weight=st.floats(-1e6, 1e6),
+    goal=st.sampled_from(
+        [
+            {"kind": "rectangle", "center": [22, 16], "size": [6, 5], "angle": 30.0},
+            {"kind": "polygon", "points": [[18, 12], [26, 12], [25, 21], [19, 20]]},
+        ]
+    ),
+)
+def test_to_dict_comes_back_as_the_same_scene(repose, volume, angle, weight, goal):
+    start = {"region": {"kind": "circle", "center": [9, 16], "radius": 4}, "volume": list(volume)}
+    config = load(
+        {
+            "start": [start],
+            "goal": [{"region": goal}],
+            "obstacle": [{"kind": "wall", "from": [2, 2], "to": [9, 2]}, {"kind": "post", "center": [28, 28]}],
+            "soil": {"repose": repose},
+            "machine": {"pose": [15, 25, angle]},
+            "reward": {"work": weight},
+        }
+    )
+    again = load(json.loads(json.dumps(config.to_dict())))
+    assert again == config
+    assert isinstance(again, SceneConfig)
+
+
+def test_friction_follows_repose_unless_it_is_given():
+    assert load(soil={"repose": 45}).soil.friction == pytest.approx(1.0)
+    assert load(soil={"repose": 45, "friction": 0.5}).soil.friction == 0.5
+
+
+def test_overrides_are_merged_over_the_scene():
+    config = load("dig", site={"border": "open"}, task={"time": 99}, machine={"pose": "random"})
+    assert (config.site.border, config.site.cell, config.task.time, config.pose) == ("open", 0.5, 99.0, "random")
+    assert load("uneven", ground={"kind": "flat"}).ground.kind == "flat"
+    assert load("uneven", ground={"height": 0.2}).ground.length == 5.0
+    assert load("dig", task=None).task.period == 0.5
+    assert load("heap", **FIXED).layout is None
+
+
+def test_merging_changes_neither_side():
+    below, above = {"a": {"b": 1, "c": [1]}}, {"a": {"b": 2}, "d": None}
+    assert merge(below, above) == {"a": {"b": 2, "c": [1]}}
+    assert (below, above) == ({"a": {"b": 1, "c": [1]}}, {"a": {"b": 2}, "d": None})
+
+
+def test_a_scene_from_a_file_finds_its_files_beside_it(tmp_path, monkeypatch):
+    np.save(tmp_path / "ground.npy", 100.0 + np.zeros((48, 64)))
+    text = (
+        'description = "mine"\n[ground]\nkind = "file"\npath = "ground.npy"\npixel = 0.5\n'
+        '[[start]]\nregion = {kind = "circle", center = [8, 12], radius = 3}\nvolume = [5, 6]\n'
+        '[[goal]]\nregion = {kind = "circle", center = [20, 12], radius = 3}\n'
+    )
+    (tmp_path / "mine.toml").write_text(text)
+    monkeypatch.chdir("/")
+    config = load(tmp_path / "mine.toml")
+    assert config == load(str(tmp_path / "mine.toml"))
+    assert (config.name, config.site.size, config.site.cell) == ("mine", (32.0, 24.0), 0.5)
+    assert config.ground == HeightFile(str(tmp_path / "ground.npy"), pixel=0.5)
+    assert layout(config, np.random.default_rng(0)).datum == 100.0
+    assert load(config.to_dict()) == config
+
+
+def test_a_file_that_changed_is_read_again(tmp_path):
+    path = tmp_path / "ground.npy"
+    for datum in (100.0, 200.0):
+        np.save(path, np.full((64, 64), datum))
+        config = fixed(ground={"kind": "file", "path": str(path), "pixel": 0.5})
+        assert layout(config, np.random.default_rng(0)).datum == datum
+
+
+def test_site_of_a_file_has_its_extent_unless_told(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros((35, 36)))
+    ground = {"kind": "file", "path": str(tmp_path / "a.npy"), "pixel": 1.0}
+    assert fixed(ground=ground).site.size == (36.0, 35.0)
+    assert fixed(ground=ground, site={"cell": 0.75}).site.size == (36.0, 34.5)
+    assert fixed(ground=ground, site={"size": [30, 32], "cell": 0.5}).grid == Grid(64, 60, 0.5)
+    assert fixed(ground={**ground, "crop": [1, 2, 33, 32]}).site.size == (32.0, 30.0)
+    with pytest.raises(ValueError, match=r"site.size is \[40.0, 32.0\] m; allowed: at most \[36.0, 35.0\] m"):
+        fixed(ground=ground, site={"size": [40, 32]})
+    with pytest.raises(ValueError, match=r"ground.crop covers \[32.0, 30.0\] m; allowed: leave one out"):
+        fixed(ground={**ground, "crop": [1, 2, 33, 32]}, site={"size": [30, 30]})
+
+
+def test_missing_heights_need_a_word(tmp_path):
+    height = np.zeros((32, 32))
+    height[28:, :] = np.nan
+    np.save(tmp_path / "a.npy", height)
+    ground = {"kind": "file", "path": str(tmp_path / "a.npy"), "pixel": 1.0}
+    with pytest.raises(ValueError, match=r"no data in 128 of the site's 1024 cells \(12.5%\).*\"wall\".*\"fill\""):
+        fixed(ground=ground)
+    walled, filled = (fixed(ground={**ground, "nodata": word}) for word in ("wall", "fill"))
+    assert layout(walled, np.random.default_rng(0)).solid.sum() == 128
+    assert walled.has_walls
+    assert layout(filled, np.random.default_rng(0)).solid is None
+    with pytest.raises(ValueError, match=r'ground.nodata is "wall" and the layout is random'):
+        load(ground={**ground, "nodata": "wall"}, site={"cell": 1.0})
+
+
+def test_ground_steeper_than_its_soil_warns(tmp_path):
+    height = np.zeros((32, 32))
+    height[:, 30:] = 3.0
+    np.save(tmp_path / "a.npy", height)
+    with pytest.warns(
+        UserWarning, match=r"steeper than its soil's repose \(0.70\) at 94 of 1984 cell faces, at most 3.00"
+    ):
+        fixed(ground={"kind": "file", "path": str(tmp_path / "a.npy"), "pixel": 1.0})
+
+
+def test_a_goal_too_small_warns_with_both_volumes():
+    small = [{"region": {"kind": "circle", "center": [21, 16], "radius": 1.5}}]
+    with pytest.warns(UserWarning, match=r"the goal holds 4.3 m3 at repose, but there are 10.0 m3 to move"):
+        fixed(goal=small)
+    with pytest.warns(UserWarning, match=r"layout.room is 0.5"):
+        load(layout={"room": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"sitte": {}}, r"sitte is not known, did you mean site\? known: name, description, site"),
+        ({"site": {"sise": 3}}, r"site.sise is not known, did you mean size\? known: size, cell, border"),
+        ({"site": {"cell": 0.0}}, r"site.cell is 0.0; allowed: > 0 m"),
+        ({"site": {"cell": float("nan")}}, r"site.cell is nan; allowed: a finite number > 0 m"),
+        ({"site": {"cell": "half"}}, r"site.cell is 'half'; allowed: a number > 0 m"),
+        ({"site": {"cell": True}}, r"site.cell is True; allowed: a number > 0 m"),
+        ({"site": {"size": [32, float("inf")]}}, r"site.size\[1\] is inf; allowed: a finite number"),
+        ({"site": {"size": [32]}}, r"site.size is \[32\]; allowed: a list of 2 numbers > 0 m"),
+        ({"site": {"cell": 0.3}}, r"no whole number of cells of site.cell 0.3 m; allowed: for instance 32.1 for 32"),
+        ({"site": {"cell": 1e-3}}, r"32000 x 32000 cells; allowed: at most 16777216"),
+        ({"site": {"border": "fence"}}, r"site.border is 'fence'; allowed: \"wall\", \"open\""),
+        ({"site": 3}, r"site is 3; allowed: a table"),
+        ({"soil": {"repose": 90}}, r"soil.repose is 90; allowed: >= 0 and < 90 degrees"),
+        ({"soil": {"density": 10**400}}, r"soil.density is 1000"),
+        ({"blade": {"width": 0.9}}, r"blade.width is 0.9 m; allowed: >= 1 m, two cells of site.cell 0.5 m"),
+        ({"machine": {"length": 40}}, r"machine and blade take 40 m; allowed: at most the site's 32 m"),
+        ({"machine": {"pose": [1, 2]}}, r"machine.pose is \[1, 2\]; allowed: a list of 3 numbers"),
+        ({"machine": {"pose": "there"}}, r"machine.pose is 'there'; allowed: \"behind\", \"random\" or \[x m"),
+        ({"machine": {"pose": [0, 0, 0]}}, r"machine.pose puts the tracks at x = -1.25"),
+        ({"task": {"period": 0}}, r"task.period is 0; allowed: > 0 and <= 10 s"),
+        ({"task": {"success": 1.5}}, r"task.success is 1.5; allowed: > 0 and <= 1"),
+        ({"observation": {"size": 2.5}}, r"observation.size is 2.5; allowed: a whole number >= 4 and <= 512 pixels"),
+        ({"observation": {"map": 1}}, r"observation.map is 1; allowed: true, false"),
+        ({"ground": {"kind": "hill"}}, r"ground.kind is 'hill'; allowed: \"flat\", \"mounds\""),
+        ({"ground": {"kind": "ridge", "height": 3}}, r"ground is as steep as 1.178; allowed: at most 0.700"),
+        ({"ground": {"kind": "rough", "length": 0.4}}, r"ground.length is 0.4 m; allowed: >= 1 m, two cells"),
+        ({"ground": {"kind": "mounds", "height": [2, 1]}}, r"ground.height is \[2, 1\]; allowed: .*least <= most"),
+        ({"ground": {"kind": "file"}}, r"ground.path is missing; needed: path"),
+        ({"ground": {"kind": "file", "path": "no.tif"}}, r"no.tif is no file"),
+        ({"goal": []}, r"the scene has 1 start and 0 goal; allowed: at least one of each, or a design"),
+        ({"goal": {}}, r"goal is {}; allowed: an array of tables, \[\[goal\]\]"),
+        ({"goal": [{}]}, r"goal\[0\].region is missing; needed: region"),
+        ({"goal": [{"region": {"center": [1, 1]}}]}, r"goal\[0\].region.kind is missing; allowed: \"circle\""),
+        (
+            {"goal": [{"region": {"kind": "polygon", "points": [[1, 1]]}}]},
+            r"points is \[\[1, 1\]\]; allowed: at least three",
+        ),
+        ({"level": 2}, r"level is 2, but the scene has its own start and goal; allowed: levels 0 to 5 for scenes"),
+        ({"layout": {}}, r"layout is random and start, goal, design or obstacle are given"),
+    ],
+)
+def test_bad_input_names_the_key_the_value_and_what_is_allowed(tables, said):
+    with pytest.raises(ValueError, match=said):
+        load(merge(FIXED, tables))
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        ({"center": [40, 16], "radius": 3}, r"start\[0\].region reaches from x = 37 to 43 m .* x from 0 to 32 m"),
+        ({"center": [19, 16], "radius": 3}, r"start\[0\].region and goal\[0\].region share 80 cells \(20 m2\)"),
+        (
+            {"center": [9, 16], "radius": 2},
+            r"volume is 10 m3, .* reaches 2.39 m from \(9.00, 16.00\); allowed: at most 7.27 m3",
+        ),
+        ({"center": [9, 16]}, r"start\[0\].region.radius is missing; needed: center, radius"),
+    ],
+)
+def test_starts_that_do_not_fit(start, said):
+    with pytest.raises(ValueError, match=said):
+        fixed(start=[{"region": {"kind": "circle", **start}, "volume": 10}])
+
+
+@pytest.mark.parametrize(("amount", "said"), [({}, "no amount"), ({"volume": 1, "dig": 1}, "volume and dig")])
+def test_a_start_has_exactly_one_amount(amount, said):
+    with pytest.raises(ValueError, match=rf"start\[0\] has {said}; allowed: one of volume m3, depth m, dig m"):
+        fixed(start=[{"region": FIXED["start"][0]["region"], **amount}])
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        ("hepa", r"scene is 'hepa' \(did you mean heap\?\); allowed: dig, heap, pad"),
+        ("nowhere/x.toml", r"nowhere/x.toml is no file; allowed: the path of a .toml file, or one of dig, heap"),
+        (3, r"scene is 3; allowed: a name, a path of a TOML file, or a mapping"),
+        ({"level": 9}, r"layout.level is 9; allowed: a whole number >= 0 and <= 5"),
+        ({"machine": {"pose": [5, 5, 0]}}, r"machine.pose is \(5.0, 5.0, 0.0\), but the layout is random"),
+        ({"layout": {"haul": [1, 2]}}, r"no place in 200 attempts"),
+        ({"layout": {"rough_length": 0.1}}, r"layout.rough_length is 0.1 m; allowed: >= 1 m"),
+        ({"site": {"size": [2, 2]}}, r"machine and blade take 3 m; allowed: at most the site's 2 m"),
+    ],
+)
+def test_scenes_that_cannot_be(scene, said):
+    with pytest.raises(ValueError, match=said):
+        load(scene)
+
+
+def test_broken_toml_is_named(tmp_path):
+    (tmp_path / "x.toml").write_text("a = = 3")
+    with pytest.raises(ValueError, match=r"x.toml is no TOML"):
+        load(tmp_path / "x.toml")
+
+
+def keys(rule: Rule, name: str):
+    """Table and key of everything a scene may say."""
+    if isinstance(rule, Many):
+        yield from keys(rule.table, name)
+    elif isinstance(rule, Kinds):
+        for kind, table in rule.tables.items():
+            yield f'"{kind}"'
+            yield from keys(table, name)
+    elif isinstance(rule, Table):
+        for key, inner in rule.rules.items():
+            yield f"`{key}`"
+            yield from keys(inner, key)
+
+
+def test_the_manual_names_every_key_and_kind():
+    manual = (Path(__file__).parents[1] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    for name, rule in SCENE.items():
+        assert f"[{name}]" in manual or f"`{name}`" in manual
+        for key in keys(rule, name):
+            assert key in manual, f"{name}: {key}"
