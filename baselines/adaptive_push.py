@@ -62,6 +62,7 @@ class AdaptivePush:
         self._steps = 0  # in this state
         self._peak = 0.0  # m3; largest load of this push
         self._start: Point = (0.0, 0.0)  # of the retreat
+        self._before = 0.0  # loads times m; the potential when this push began
         self._last: tuple[float, float, float] | None = None
 
     def act(self, observation: Observation) -> np.ndarray:
@@ -82,6 +83,11 @@ class AdaptivePush:
     @property
     def _seconds(self) -> float:
         return self._steps * self.site.period
+
+    @property
+    def _carry(self) -> float:
+        """Height of the edge over the tracks on the way [m]."""
+        return min(self.parameters.carry, self.site.machine.lift)
 
     @property
     def _here(self) -> Point:
@@ -121,15 +127,23 @@ class AdaptivePush:
             (x, y), (ahead_x, ahead_y) = self._way[:2]
             heading = atan2(ahead_y - y, ahead_x - x) if len(self._way) > 2 else heading
         reverse = is_quicker_in_reverse(self.site, self._way[0], heading)
-        return *drive_to(self.site, self._way[0], reverse), self.site.machine.lift
+        return *drive_to(self.site, self._way[0], reverse), self._carry
 
     def _align(self):
         """Turn in place to the heading of the push."""
+        numbers = self.parameters
         error = abs(wrap(self.push.heading - self.site.pose["heading"]))
-        if error < self.parameters.align_tolerance or self._seconds > self.parameters.align_limit:
-            self._peak, self._way = 0.0, list(self.push.way)
+        edge, needed = self._edge(0.0)
+        ready = error < numbers.align_tolerance and needed < numbers.lowered
+        if ready or self._seconds > numbers.align_limit:
+            self._peak, self._way, self._before = 0.0, list(self.push.way), self._potential()
             return self._go(State.PUSH)
-        return turn_to(self.site, self.push.heading), 0.0, self._edge(0.0)[0]
+        return turn_to(self.site, self.push.heading), 0.0, edge
+
+    def _potential(self) -> float:
+        """Soil to move times its way to this push's aim, loads times m; what a push brings is its fall."""
+        site, (x, y) = self.site, self.push.aim
+        return float((site.excess * np.hypot(site.x - x, site.y - y)).sum()) * site.grid.cell**2 / site.rated
 
     def _push(self):
         """Push along the way; ends inside the goal, past the aim, when the load is lost, or after a limit."""
@@ -139,6 +153,8 @@ class AdaptivePush:
             self._way.pop(0)
         self._peak = max(self._peak, site.pose["load"])
         if self._seconds > numbers.push_limit or self._is_over(x, y):
+            if self._before - self._potential() < numbers.least_gain:
+                return self._fail()
             self._start = self._here
             return self._go(State.RETREAT)
         if self._is_stuck():
@@ -197,7 +213,7 @@ class AdaptivePush:
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
         if gone >= self.parameters.retreat or self._is_stuck():
             return self._go(State.SELECT)
-        return 0.0, -1.0, self.site.machine.lift
+        return 0.0, -1.0, self._carry
 
     def _rest(self):
         """Nothing is left to do: stand, and look again now and then."""

@@ -116,9 +116,10 @@ def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndar
 
 def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
     """The candidate that is worth most."""
-    volume = swept(site, found)
+    volume, behind = swept(site, found)
     loads = volume / site.rated
     worth = np.minimum(loads, 1.0) - numbers.overload * np.maximum(loads - 1.0, 0.0)
+    worth -= numbers.perch * behind / site.rated
     worth += numbers.tail * found.haul - numbers.travel * _time_there(site, found)
     i = int(worth.argmax())
     first, approach, aim = (tuple(map(float, part[i])) for part in (found.first, found.approach, found.aim))
@@ -130,8 +131,8 @@ def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
     return Push(first, approach, heading, points, float(volume[i]))
 
 
-def swept(site: Site, found: Candidates) -> np.ndarray:
-    """Soil to move that lies before the blade on its straight way to the aim [m3], [n]."""
+def swept(site: Site, found: Candidates) -> tuple[np.ndarray, np.ndarray]:
+    """Soil to move [m3] that lies before the blade on its straight way to the aim, and that lies behind it, [n] each."""
     r, c = np.nonzero(site.excess > 0.01)
     x, y, soil = site.x[r, c], site.y[r, c], site.excess[r, c] * site.grid.cell**2
     way = found.aim - found.first
@@ -139,8 +140,10 @@ def swept(site: Site, found: Candidates) -> np.ndarray:
     east, north = (way / length[:, None]).T[:, :, None]
     dx, dy = x[None] - found.first[:, :1], y[None] - found.first[:, 1:]
     along, across = dx * east + dy * north, dy * east - dx * north
-    inside = (np.abs(across) <= 0.5 * site.blade.width) & (along >= -site.grid.cell) & (along <= length[:, None])
-    return inside @ soil
+    behind = np.hypot(*(found.approach - found.first).T)[:, None] + 0.5 * site.machine.length
+    lane = np.abs(across) <= 0.5 * site.blade.width
+    before = lane & (along >= -site.grid.cell) & (along <= length[:, None])
+    return before @ soil, (lane & (along < -site.grid.cell) & (along > -behind)) @ soil
 
 
 def _time_there(site: Site, found: Candidates) -> np.ndarray:

@@ -15,19 +15,23 @@ class Parameters:
 
     # SELECT
     min_height: float = _number(0.06, 0.01, 0.3)  # soil lower than this above the target is left where it is
-    tail: float = _number(0.06, -1.0, 1.0)  # worth of a push for every metre that its first soil lies from the goal, loads
-    overload: float = _number(0.1, 0.0, 2.0)  # what a load more than one on the push's way takes from its worth
+    tail: float = _number(0.2, -1.0, 1.0)  # worth of a push for every metre that its first soil lies from the goal, loads
+    overload: float = _number(0.0, 0.0, 2.0)  # what a load more than one on the push's way takes from its worth
+    perch: float = _number(0.5, 0.0, 2.0)  # what a load under and behind the machine at its start takes from its worth
+    least_gain: float = _number(0.5, 0.0, 5.0)  # a push that brought less, loads times m, is not begun again for a while
     travel: float = _number(0.02, 0.0, 0.2)  # what a second on the way to the push takes from its worth, loads
-    inset: float = _number(0.5, 0.0, 2.0)  # how far inside the goal a push is aimed
+    inset: float = _number(2.0, 0.0, 4.0)  # how far inside the goal a push is aimed
     centre: float = _number(0.3, 0.0, 1.0)  # 0 aims at the goal's nearest point, 1 at its centre
     back_off: float = _number(2.6, 1.6, 5.0)  # from the first soil back to the pivot at the start of a push
     clearance: float = _number(0.2, 0.0, 1.0)  # room beside the blade when it passes something solid
     mound: float = _number(0.6, 0.1, 3.0)  # soil higher than this above the target is driven round
 
     # NAVIGATE and ALIGN
+    carry: float = _number(0.5, 0.1, 1.0)  # height of the edge over the tracks, at most the machine's lift
     arrive: float = _number(0.4, 0.05, 1.0)  # how near to the start of a push is near enough
     navigate_limit: float = _number(40.0, 5.0, 120.0)  # after that it gives up and selects anew
     align_tolerance: float = _number(0.1, 0.01, 0.5)
+    lowered: float = _number(0.1, 0.01, 0.5)  # how near to its height the edge has to be before a push begins
     align_limit: float = _number(8.0, 2.0, 30.0)
 
     # PUSH
@@ -35,13 +39,13 @@ class Parameters:
     look: float = _number(0.7, 0.0, 1.0)  # share of a step's way ahead at which the ground under the tracks is foreseen
     full: float = _number(1.0, 0.3, 3.0)  # load from which the blade is raised
     raise_gain: float = _number(0.1, 0.0, 0.5)  # how far, m for every load too much
-    slow_load: float = _number(0.3, 0.0, 2.0)  # speed is the largest / (1 + slow_load * load)
+    slow_load: float = _number(0.15, 0.0, 2.0)  # speed is the largest / (1 + slow_load * load)
     slow_edge: float = _number(1.0, 0.0, 1.0)  # 1: no faster than the blade can follow the ground; 0: heedless
     min_speed: float = _number(0.3, 0.1, 1.0)  # share of the largest speed that it keeps in any case
     gather: float = _number(0.5, 0.0, 1.5)  # share of the way to soil that escapes to a side by which the aim shifts
     gather_ahead: float = _number(3.0, 0.5, 8.0)  # how far ahead of the blade it looks for such soil
     lost_share: float = _number(0.8, 0.2, 1.0)  # it selects anew when this share of the largest load has escaped
-    enter: float = _number(0.4, -0.5, 3.0)  # how far inside the goal the blade ends a push
+    enter: float = _number(1.5, -0.5, 3.0)  # how far inside the goal the blade ends a push
     push_limit: float = _number(60.0, 5.0, 240.0)
 
     # RETREAT

@@ -42,6 +42,7 @@ KERNEL_PACKAGES = ("sim", "task")  # where kernels may be; their sources name th
 _CHECKSUM = hashlib.sha256().digest_size
 _LOCK_PATIENCE = 120.0  # s; longer than any compilation, so that only a hung process is overtaken
 _STALE_AFTER = 30 * 86400.0  # s
+_BEGIN = time.time_ns()
 
 
 def kernel(function: Callable | None = None, **options: Any) -> Callable:
@@ -56,8 +57,8 @@ def entry(function: Callable | None = None, **options: Any) -> Callable:
     if function is None:
         return lambda bare: entry(bare, **options)
     compiled = kernel(function, **options)
-    if is_jitted(compiled) and _sources():  # with NUMBA_DISABLE_JIT=1 it is the plain function
-        _keep_on_disk(compiled)
+    if is_jitted(compiled) and (digest := _digest(function)):  # with NUMBA_DISABLE_JIT=1 it is the plain function
+        _keep_on_disk(compiled, digest)
     return compiled
 
 
@@ -72,9 +73,9 @@ def cache_root() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dirt_env" / "kernels"
 
 
-def _keep_on_disk(dispatcher: Any) -> None:
+def _keep_on_disk(dispatcher: Any, digest: str) -> None:
     """Give a numba dispatcher the disk cache, and let go of the cache's lock however its compilation ends."""
-    cache = _DiskCache(dispatcher.py_func)
+    cache = _DiskCache(dispatcher.py_func, digest)
     compile_ = dispatcher.compile
 
     def compile_once(signature):
@@ -88,10 +89,10 @@ def _keep_on_disk(dispatcher: Any) -> None:
 class _DiskCache(NullCache):
     """Machine code of one entry: one file per signature, in a directory named by the digest of all kernel sources."""
 
-    def __init__(self, function: Callable) -> None:
+    def __init__(self, function: Callable, digest: str) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._closure = _describe_closure(function)
-        self._digest = _digest(function)  # of the sources as they are now, when this module is being imported
+        self._digest = digest
         self._release: list[Callable] = []
 
     @property
@@ -182,21 +183,25 @@ def _lock(file: int) -> bool:
     return False
 
 
-def _sources() -> set[Path]:
-    """Files in which kernels may be; none where the package was installed without its sources, or in a zip file."""
-    return {path for package in KERNEL_PACKAGES for path in (_PACKAGE / package).rglob("*.py")}
+def _digest(function: Callable) -> str | None:
+    """Name of a version of the kernels: their sources, and what else the machine code depends on.
 
-
-def _digest(function: Callable) -> str:
-    """Name of a version of the kernels: their sources, and what else the machine code depends on."""
+    None where they are not to be had (in a zip file, in a notebook), or have been edited since this process began: what
+    it has in memory may then be older than what is on disk.
+    """
+    sources = {path for package in KERNEL_PACKAGES for path in (_PACKAGE / package).rglob("*.py")}
     digest = hashlib.sha256(repr((numba.__version__, sys.version, platform.machine())).encode())
-    for path in sorted(_sources() | {Path(function.__code__.co_filename)}):
-        try:
+    try:
+        for path in sorted(sources | {Path(function.__code__.co_filename)}):
+            if path.stat().st_mtime_ns > _BEGIN:
+                _LOG.debug("kernels are not kept on disk: %s has been edited", path)
+                return None
             text = path.read_bytes()
-        except OSError:  # made in a notebook or by exec
-            text = function.__code__.co_code
-        digest.update(f"{path.name} {len(text)}\n".encode() + text)
-    return digest.hexdigest()[:16]
+            digest.update(f"{path.name} {len(text)}\n".encode() + text)
+    except OSError as error:
+        _LOG.debug("kernels are not kept on disk: %r", error)
+        return None
+    return digest.hexdigest()[:16] if sources else None
 
 
 def _describe_closure(function: Callable) -> tuple:

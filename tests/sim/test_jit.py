@@ -125,6 +125,19 @@ def test_editing_a_law_in_another_module_changes_the_result(plough):
     assert plough.run(TOTAL) == [[15.0, 1]]
 
 
+def test_what_was_edited_while_a_process_ran_is_not_mixed_up_with_what_it_runs(plough):
+    edited = LAW.replace("2.0", "5.0")
+    code = f"""
+open({str(plough.law)!r}, "w").write({edited!r})
+from importlib import reload
+reload(advance)
+{TOTAL}
+"""
+    assert plough.run(code) == [[6.0, 1]]
+    assert not plough.kernels()
+    assert plough.run(TOTAL) == [[15.0, 1]]
+
+
 def test_variants_of_a_closure_are_kept_apart_and_found_again(plough):
     code = "for twice in (True, False):\n    report(advance.variant(advance.thrust, twice), np.ones(3))"
     assert plough.run(code) == [[6.0, 1], [3.0, 1]]

@@ -1,0 +1,118 @@
+"""One control step as a whole: kinematics, limits, tally, exact volume over a long drive."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from dirt_env.sim.advance import advance, place, settle
+from dirt_env.sim.diagnostics import volume
+from dirt_env.sim.params import Blade, Command, Machine
+from dirt_env.sim.timestep import substeps
+from tests.sim.worlds import SOIL, settled, world_of
+
+BLADE, MACHINE = Blade(), Machine()
+
+
+def world_with_machine(height, x, y, heading, **others):
+    world, grid, _ = settled(height, **others)
+    place(world, grid, SOIL, BLADE, MACHINE, x, y, heading)
+    return world, grid
+
+
+def go(world, grid, speed=0.0, yaw_rate=0.0, edge=0.75, dt=0.5, steps=1):
+    for _ in range(steps):
+        advance(world, grid, SOIL, BLADE, MACHINE, Command(speed, yaw_rate, edge), dt)
+    return world.machine[0]
+
+
+def test_it_drives_turns_and_moves_its_blade_at_the_commanded_and_limited_rates():
+    world, grid = world_with_machine(np.zeros((64, 64)), 8.0, 16.0, 0.0)
+    pose = go(world, grid, speed=1.0, edge=0.0)
+    assert (pose.x, pose.y, pose.speed) == pytest.approx((8.5, 16.0, 1.0))
+    assert pose.edge == pytest.approx(0.5)
+    assert world.tally[0].distance == pytest.approx(0.5)
+    pose = go(world, grid, yaw_rate=-0.6, edge=0.0, steps=2)
+    assert pose.heading == pytest.approx(-0.6)
+    assert pose.edge == pytest.approx(0.0, abs=1e-12)
+    assert pose.yaw_rate == pytest.approx(-0.6)
+
+
+def test_a_lifted_blade_leaves_the_ground_alone():
+    world, grid = world_with_machine(np.random.default_rng(0).normal(0, 0.05, (64, 64)), 8.0, 16.0, 0.3)
+    world.changed[:] = 0
+    before = world.height.copy()
+    go(world, grid, speed=2.0, yaw_rate=0.2, steps=10)
+    np.testing.assert_array_equal(world.height, before)
+    assert world.tally[0].sweeps == 0
+    assert world.changed[1] <= world.changed[0]
+
+
+def test_a_small_load_on_flat_ground_is_carried_along():
+    ground = np.zeros((40, 80))
+    ground[17:23, 14:16] = 0.3
+    world, grid = world_with_machine(ground, 4.0, 10.0, 0.0)
+    go(world, grid, edge=0.0, steps=2)
+    go(world, grid, speed=1.0, edge=0.0, steps=40)
+    pose = world.machine[0]
+    blade_column = int((pose.x + BLADE.reach) / 0.5)
+    assert world.height[:, blade_column:].sum() * 0.25 > 0.8 * 0.9
+    assert pose.load == pytest.approx(0.8, abs=0.2)
+    assert abs(pose.pitch) < 0.02
+    assert world.tally[0].work > 0
+
+
+def test_cutting_takes_soil_from_flat_ground():
+    world, grid = world_with_machine(np.zeros((64, 64)), 6.0, 16.0, 0.0)
+    go(world, grid, edge=-0.1, steps=2)
+    pose = go(world, grid, speed=1.0, edge=-0.1, steps=6)
+    assert pose.load > 0.3
+    assert world.tally[0].cut > 0
+    assert world.height.min() < -0.08
+
+
+def test_the_machine_stops_at_the_wall_and_says_so():
+    world, grid = world_with_machine(np.zeros((64, 64)), 16.0, 16.0, 0.0)
+    go(world, grid, speed=2.0, steps=20)
+    assert world.machine[0].x + BLADE.reach <= 32.0
+    assert world.tally[0].blocked == 1.0
+    assert world.machine[0].speed == 0.0
+
+
+def test_placing_outside_or_on_a_post_is_refused_with_the_place():
+    solid = np.zeros((64, 64), bool)
+    solid[32, 32] = True
+    world, grid = world_of(np.zeros((64, 64)), solid=solid)
+    for x, y in ((31.0, 16.0), (16.2, 16.2), (-1.0, 4.0)):
+        with pytest.raises(ValueError, match=rf"does not fit at x {x:g} m, y {y:g} m"):
+            place(world, grid, SOIL, BLADE, MACHINE, x, y, 0.0)
+
+
+@pytest.mark.parametrize("open_border", [False, True])
+def test_the_sum_of_heights_is_equal_over_a_long_random_drive(open_border):
+    rng = np.random.default_rng(3)
+    world, grid = world_with_machine(rng.normal(0, 0.3, (48, 56)), 14.0, 12.0, 0.0, open_border=open_border)
+    before = volume(world.height, grid.cell)
+    lost = 0.0
+    for speed, yaw_rate, edge in rng.uniform((-2, -0.6, -0.25), (2, 0.6, 0.4), (3000, 3)):
+        go(world, grid, speed, yaw_rate, edge)
+        lost += world.tally[0].lost
+    assert volume(world.height, grid.cell) + lost == before
+    assert np.isfinite(world.height).all()
+    assert open_border == (lost > 0)
+
+
+def test_settled_ground_costs_no_sweeps_and_a_second_settling_changes_nothing():
+    world, grid = world_with_machine(np.zeros((64, 64)), 16.0, 16.0, 0.0)
+    world.height[10:20, 10:20] = 2.0
+    settle(world, grid, SOIL)
+    again = world.height.copy()
+    assert settle(world, grid, SOIL) == 1
+    np.testing.assert_array_equal(world.height, again)
+
+
+def test_substeps_follow_the_faster_end_of_the_blade():
+    assert substeps(0.0, 0.0, 0.5, 0.5, BLADE) == 1
+    assert substeps(2.0, 0.0, 0.5, 0.5, BLADE) == 4
+    assert substeps(-2.0, 0.0, 0.5, 0.25, BLADE) == 8
+    assert substeps(0.0, pi, 1.0, 0.5, BLADE) == 27

@@ -1,0 +1,206 @@
+"""The blade cuts, carries, spills and holds: exact answers, exact volume, the same at any speed, yaw and direction."""
+
+from math import hypot, pi, radians, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dirt_env.sim.blade import blade_frame, box_around, load_ahead, scrape
+from dirt_env.sim.diagnostics import volume
+from dirt_env.sim.slump import limits
+from tests import naive
+from tests.sim.worlds import FINE, SOIL, line_at, straight, sweep_blade, world_of
+
+K = SOIL.slope
+TALL = 100.0  # a blade that nothing goes over
+
+
+def layer(rows, cols, depth, cell=0.5):
+    """(world, grid) of level soil that is at rest."""
+    world, grid = world_of(np.full((rows, cols), depth), cell)
+    world.pending[:] = 0
+    return world, grid
+
+
+def berm(distance, stride, cell=0.5, soil=FINE, depth=0.1):
+    """Ground heights of a channel after a blade as wide as it has pushed a layer, and the exact ones as cell means."""
+    world, grid = layer(4, round(32 / cell), depth, cell)
+    sweep_blade(world, grid, straight(0.0, 2 * cell, 0.0, distance, stride, width=100.0, height=TALL), soil)
+    x = (np.arange(grid.cols * 64) + 0.5) * cell / 64
+    pile = depth + np.maximum(sqrt(2 * K * depth * distance) - K * (x - distance), 0)
+    exact = np.where(x < distance, 0.0, pile).reshape(grid.cols, 64).mean(1)
+    return world, grid, exact
+
+
+@pytest.mark.parametrize("stride", [0.25, 0.05, 0.17])
+def test_a_layer_dozed_in_a_channel_stands_as_the_exact_berm_and_leaves_a_clean_track(stride):
+    world, grid, exact = berm(20.0, stride)
+    pushed = np.abs(exact - 0.1)[exact > 0.1].sum()
+    assert np.abs(world.height[1] - exact).sum() / pushed < 0.005
+    assert np.abs(world.height[:, :39]).max() == 0
+    assert volume(world.height, grid.cell) == pytest.approx(4 * 64 * 0.1 * 0.25, rel=1e-4)
+
+
+def test_the_berm_does_not_depend_on_the_speed_and_nothing_leaks():
+    fast, _, _ = berm(20.0, 0.25)
+    slow, _, _ = berm(20.0, 0.005)
+    assert slow.height.sum(dtype=np.float64) == fast.height.sum(dtype=np.float64)
+    assert np.abs(fast.height[1] - slow.height[1]).sum() / slow.height[1].sum() < 0.05
+    for world in (fast, slow):
+        assert np.abs(world.height[:, :39]).max() == 0
+
+
+def pushed_load(heading, stride=0.25, direction=1):
+    """Soil ahead of a 3 m blade after 10 m through a layer of 0.15 m [m3], and the world."""
+    world, grid = layer(80, 80, 0.15)
+    c = 20.07 - 5.0 * np.array([np.cos(heading), np.sin(heading)]) * direction
+    lines = straight(c[0], c[1], heading, 10.0 * direction, stride)
+    before = volume(world.height, grid.cell)
+    sweep_blade(world, grid, lines)
+    assert volume(world.height, grid.cell) == before
+    rows, cols = np.mgrid[0:80, 0:80]
+    ahead, left = naive.frame(lines[-1], (cols + 0.5) * 0.5, (rows + 0.5) * 0.5)
+    front = (ahead * direction > 0) & (np.abs(left) < 1.5)
+    return np.maximum(world.height - 0.15, 0)[front].sum() * 0.25, world
+
+
+def test_the_load_of_a_finite_blade_is_the_same_at_any_yaw_and_speed():
+    straight_load, _ = pushed_load(0.0)
+    for yaw in (10, 22.5, 30, 45, 60):
+        assert pushed_load(radians(yaw))[0] == pytest.approx(straight_load, rel=0.12)
+    for stride in (0.1, 0.05):
+        assert pushed_load(radians(30), stride)[0] == pytest.approx(pushed_load(radians(30))[0], rel=0.1)
+
+
+def test_a_quarter_turn_gives_the_turned_result():
+    a, b = pushed_load(0.0)[1].height, pushed_load(0.5 * pi)[1].height
+    assert np.abs(a - b.T).max() < 0.02
+
+
+def test_back_blading_pulls_the_soil_the_other_way():
+    load, _ = pushed_load(0.0, direction=-1)
+    assert load == pytest.approx(pushed_load(0.0)[0], rel=0.02)
+
+
+def test_what_stands_over_the_top_goes_over_and_nothing_else_does():
+    world, _ = layer(40, 40, 0.0)
+    world.height[10:30, 24:28] = 2.0
+    totals = np.zeros(4)
+    _, _, lock = limits(world.height, world.quantum, 0.5, K, 4e-3)
+    low = [line_at(x, 10.0, 0.0, width=6.0, height=0.5) for x in (12.2, 12.3)]
+    scrape(world.height, None, None, *low, 0.5, lock, totals)
+    crossed = world.height[14:26, 24]
+    np.testing.assert_allclose(crossed, 1.5)
+    assert totals[0] == pytest.approx(12 * 0.5)
+    assert (world.height[:, :24] == 0).all()
+    assert world.height.sum(dtype=np.float64) == 160.0
+
+
+def test_a_raised_blade_lets_the_soil_under_it_be():
+    world, grid = layer(40, 40, 0.2)
+    before = world.height.copy()
+    totals = sweep_blade(world, grid, straight(5.0, 10.0, 0.0, 8.0, 0.25, edge=0.2))
+    assert totals[0] == 0
+    np.testing.assert_array_equal(world.height, before)
+
+
+def test_soil_flows_under_an_edge_that_is_lifted():
+    held, grid = layer(30, 30, 0.0)
+    held.height[:, 10:13] = 0.9
+    freed = held._replace(height=held.height.copy(), pending=np.array([0, 30, 0, 30]))
+    held.pending[:] = (0, 30, 0, 30)
+    at = {"width": 40.0, "height": 2.0}
+    sweep_blade(held, grid, [line_at(5.0, 7.5, pi, **at)] * 2)
+    sweep_blade(freed, grid, [line_at(5.0, 7.5, pi, edge=0.5, **at)] * 2)
+    assert held.height[:, :10].max() == 0
+    assert freed.height[:, 9].min() > 0.1
+
+
+def test_a_blade_at_the_wall_keeps_what_cannot_go_and_books_it():
+    world, grid = layer(10, 12, 0.3)
+    before = world.height.sum(dtype=np.float64)
+    totals = sweep_blade(world, grid, straight(0.0, 2.5, 0.0, 5.99, 0.25, width=50.0, height=TALL))
+    assert world.height.sum(dtype=np.float64) == before
+    assert totals[2] > 0
+    assert world.height[:, -1].min() > 0.3
+
+
+def test_soil_pushed_over_an_open_border_is_in_the_ledger():
+    world, grid = world_of(np.full((10, 12), 0.3), open_border=True)
+    world.pending[:] = 0
+    before = world.height.sum(dtype=np.float64)
+    totals = sweep_blade(world, grid, straight(0.0, 2.5, 0.0, 5.99, 0.25, width=50.0, height=TALL))
+    assert totals[1] > 10
+    assert world.height.sum(dtype=np.float64) + totals[1] == before
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_turning_on_the_spot_keeps_the_volume_and_comes_to_rest(turns):
+    world, grid = layer(30, 30, 0.2)
+    before = world.height.sum(dtype=np.float64)
+    angles = np.arange(0, turns * 2 * pi, 0.2)
+    lines = [line_at(7.5 + 1.5 * np.cos(a), 7.5 + 1.5 * np.sin(a), a) for a in angles]
+    sweep_blade(world, grid, lines)
+    assert world.height.sum(dtype=np.float64) == before
+    still = world.height.copy()
+    again = sweep_blade(world, grid, [lines[-1]] * 20)
+    np.testing.assert_array_equal(world.height, still)
+    assert again[3] <= 20
+
+
+@given(
+    x=st.floats(-2, 12), y=st.floats(-2, 12), heading=st.floats(-4, 4), way=st.floats(-6, 6), turn=st.floats(-3, 3),
+    edge=st.floats(-50, 1), depth=st.sampled_from([0.0, 0.3, 2.0]),
+)  # fmt: skip
+def test_no_way_of_a_blade_changes_the_volume_or_makes_a_spike(x, y, heading, way, turn, edge, depth):
+    world, grid = layer(20, 20, depth)
+    before = world.height.sum(dtype=np.float64)
+    steps = np.linspace(0, 1, 30)
+    lines = [line_at(x + s * way, y + s * way / 2, heading + s * turn, edge=edge) for s in steps]
+    sweep_blade(world, grid, lines)
+    assert world.height.sum(dtype=np.float64) == before
+    assert world.height.max() <= depth + 12.0
+    assert np.isfinite(world.height).all()
+
+
+def test_a_crossed_cell_gives_what_stands_between_edge_and_top_to_the_cells_ahead():
+    world, _ = layer(9, 9, 0.0)
+    world.height[4, 4] = 0.75
+    old, new = line_at(2.2, 2.25, 0.0, edge=0.25), line_at(2.3, 2.25, 0.0, edge=0.25)
+    totals = np.zeros(4)
+    _, _, lock = limits(world.height, world.quantum, 0.5, K, 4e-3)
+    scrape(world.height, None, None, old, new, 0.5, lock, totals)
+    # Put down 0.75 cells ahead, bilinear between cell 4, which is behind the blade by now, and cell 5: all of it in 5.
+    assert world.height[4, 4] == 0.25
+    assert world.height[4, 5] == 0.5
+    assert totals[0] == 0.5
+
+
+@pytest.mark.parametrize("heading", np.linspace(-3.0, 3.0, 7))
+def test_the_box_around_a_blade_holds_every_link_it_crosses(heading):
+    blade = line_at(5.3, 4.9, heading)
+    r0, r1, c0, c1 = box_around(blade, 0.5)
+    links = list(naive.blocked_links((20, 20), 0.5, blade))
+    assert len(links) > 4
+    for along_x, r, c, _, _ in links:
+        assert r0 <= r < r1
+        assert c0 <= c < c1
+        assert along_x in (0, 1)
+
+
+def test_the_blade_frame_measures_ahead_and_to_the_left():
+    blade = line_at(2.0, 3.0, 0.5 * pi)
+    assert blade_frame(blade, 2.0, 5.0) == pytest.approx((2.0, 0.0))
+    assert blade_frame(blade, 1.0, 3.0) == pytest.approx((0.0, 1.0))
+    assert hypot(*blade_frame(blade, 5.0, 7.0)) == pytest.approx(5.0)
+
+
+def test_the_load_is_the_soil_ahead_above_edge_and_tracks():
+    world, _ = layer(40, 40, 0.1)
+    world.height[18:22, 22:24] = 0.6
+    blade = line_at(10.9, 10.0, 0.0)
+    assert load_ahead(world.height, None, blade, 0.5, K, 0.1) == pytest.approx(8 * 0.5 * 0.25)
+    assert load_ahead(world.height, None, blade._replace(edge=0.4), 0.5, K, 0.1) == pytest.approx(8 * 0.2 * 0.25)
+    assert load_ahead(world.height, None, blade._replace(ahead_x=-1.0), 0.5, K, 0.1) == 0
