@@ -11,9 +11,9 @@ import numpy as np
 from dirt_env.config import SceneConfig
 from dirt_env.policy import Observation
 
-from .pushing.choose import Push, choose
+from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
-from .pushing.edge import edge_for, strip_ahead
+from .pushing.edge import edge_for
 from .pushing.parameters import Parameters
 from .pushing.route import Point, way
 from .pushing.site import Site
@@ -102,6 +102,8 @@ class AdaptivePush:
         if self.push is None:
             return self._go(State.DONE)
         self._way = self._way_to_start()
+        self._found = self.site.excess
+        self._layer = layer(self.site, self.push, self.parameters.layer * self.site.rated)
         self._go(State.NAVIGATE)
         return None
 
@@ -160,17 +162,19 @@ class AdaptivePush:
         if self._is_stuck():
             return self._fail()
         course = atan2(self._way[0][1] - y, self._way[0][0] - x) + self._lure(x, y)
-        edge, needed = self._edge(site.machine.speed * site.period)
+        step = site.machine.speed * site.period
+        _, needed = self._edge(step)
         speed = 1.0 / (1.0 + numbers.slow_load * site.pose["load"] / site.rated)
         speed *= 1.0 - numbers.slow_edge * (1.0 - min(1.0, site.machine.edge_rate * site.period / max(needed, 1e-9)))
-        return turn_to(site, course), max(speed, numbers.min_speed), edge
+        speed = max(speed, numbers.min_speed)
+        return turn_to(site, course), speed, self._edge(speed * step)[0]
 
     def _edge(self, way: float) -> tuple[float, float]:
         """Height of the edge over the tracks for the next `way` m, and how far it is from there [m]."""
         site, numbers = self.site, self.parameters
         loads = site.pose["load"] / site.rated
-        rise = numbers.grade + numbers.raise_gain * max(0.0, loads - numbers.full)
-        edge = edge_for(site, numbers, strip_ahead(site, way), way, rise)
+        rise = self._layer + numbers.raise_gain * max(0.0, loads - numbers.full)
+        edge = edge_for(site, numbers, way, rise, self._found)
         return edge, abs(edge - site.pose["edge"])
 
     def _lure(self, x: float, y: float) -> float:

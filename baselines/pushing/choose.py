@@ -146,6 +146,21 @@ def swept(site: Site, found: Candidates) -> tuple[np.ndarray, np.ndarray]:
     return before @ soil, (lane & (along < -site.grid.cell) & (along > -behind)) @ soil
 
 
+def layer(site: Site, push: Push, most: float) -> float:
+    """How far over the target the edge stays [m], so that a push takes no more than `most` m3 off what lies on its way."""
+    x, y, length = push.first[0], push.first[1], distance(push.first, push.aim)
+    east, north = (push.aim[0] - x) / max(length, 1e-9), (push.aim[1] - y) / max(length, 1e-9)
+    along, across = (site.x - x) * east + (site.y - y) * north, (site.y - y) * east - (site.x - x) * north
+    lane = (np.abs(across) <= 0.5 * site.blade.width) & (along >= -site.grid.cell) & (along <= length)
+    soil = np.sort(site.excess[lane & (site.excess > 0.0)])[::-1] * site.grid.cell**2
+    if not len(soil) or soil.sum() <= most:
+        return 0.0
+    # Above the level of the i-th highest cell lies sum(soil[:i]) - i * soil[i]; linear in between.
+    above = np.cumsum(soil) - np.arange(1, len(soil) + 1) * soil
+    i = int(np.searchsorted(above, most))
+    return float((soil[:i].sum() - most) / max(i, 1)) / site.grid.cell**2
+
+
 def _time_there(site: Site, found: Candidates) -> np.ndarray:
     """Seconds of turning and driving to each start, forward or in reverse, [n]."""
     pose, machine = site.pose, site.machine

@@ -24,7 +24,7 @@ class Strip(NamedTuple):
 def strip_ahead(site: Site, way: float) -> Strip:
     """Cells that the blade crosses on its next `way` metres straight on."""
     cell, blade, pose = site.grid.cell, site.blade, site.pose
-    reach = max(way, LEAST) + cell
+    reach = max(way, LEAST)
     east, north = cos(pose["heading"]), sin(pose["heading"])
     x, y = site.blade_at()
     span = reach + 0.5 * blade.width
@@ -39,13 +39,18 @@ def strip_ahead(site: Site, way: float) -> Strip:
     return Strip(rows, cols, left, site.target[rows, cols])
 
 
-def edge_for(site: Site, numbers: Parameters, strip: Strip, way: float, rise: float) -> float:
-    """Height over the tracks [m] that puts the edge `rise` m above the target of the strip after a share of `way` m."""
-    level = float(strip.target.mean()) + rise if len(strip.rows) else site.pose["edge"]
+def edge_for(site: Site, numbers: Parameters, way: float, rise: float, before: np.ndarray) -> float:
+    """Height over the tracks [m] that puts the edge over the target of the strip ahead after a share of `way` m.
+
+    It goes `rise` m over the target, but not over the soil to move that was there `before` (m, [row, col]).
+    """
+    strip = strip_ahead(site, way)
+    if not len(strip.rows):
+        return site.pose["edge"]
+    level = float(np.quantile(strip.target, numbers.bite)) + numbers.grade
+    level += min(rise, float(before[strip.rows, strip.cols].max()))
     z, pitch, roll = _plane(site, strip, level, numbers.look * way)
-    if len(strip.rows):
-        level -= roll * float(strip.left.mean())
-    return level - z - pitch * site.blade.reach
+    return level - roll * float(strip.left.mean()) - z - pitch * site.blade.reach
 
 
 def _plane(site: Site, strip: Strip, level: float, way: float) -> tuple[float, float, float]:

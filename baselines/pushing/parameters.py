@@ -36,6 +36,8 @@ class Parameters:
 
     # PUSH
     grade: float = _number(0.0, -0.1, 0.1)  # height of the edge over the target surface
+    bite: float = _number(0.5, 0.0, 1.0)  # share of the cells ahead that the edge may be above, by their target
+    layer: float = _number(4.0, 0.5, 20.0)  # where more lies on the way, loads, the push takes as much off its top
     look: float = _number(0.7, 0.0, 1.0)  # share of a step's way ahead at which the ground under the tracks is foreseen
     full: float = _number(1.0, 0.3, 3.0)  # load from which the blade is raised
     raise_gain: float = _number(0.1, 0.0, 0.5)  # how far, m for every load too much
