@@ -11,14 +11,7 @@ from dirt_env.sim.state import World, make_world
 from dirt_env.task.actions import decode
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
-from dirt_env.task.observation import HEIGHT_LIMIT
 from dirt_env.task.reward import reward_terms, scale_of
-
-
-def may_have_walls(config: SceneConfig) -> bool:
-    """Whether layouts of the scene can have obstacles or walled-off ground; the patch then has a channel more."""
-    drawn = config.layout is not None and config.layout.obstacles[1] > 0
-    return bool(config.obstacles) or drawn or getattr(config.ground, "nodata", None) == "wall"
 
 
 class Totals(NamedTuple):
@@ -52,9 +45,10 @@ class Episode:
         world = make_world(layout.height, grid, layout.solid, config.site.border == "open")
         settle(world, grid, config.soil)
         place(world, grid, config.soil, blade, config.machine, *layout.pose)
-        if may_have_walls(config) and layout.solid is None:  # the channel has to be there all the same
+        if config.has_walls and layout.solid is None:  # the channel has to be there all the same
             layout = layout._replace(solid=np.zeros(layout.goal.shape, bool))
-        job = make_job(world.height, layout, grid.cell, blade.height, HEIGHT_LIMIT)
+        limit = config.observation.height_limit
+        job = make_job(world.height, layout, grid.cell, min(blade.height, limit), limit)
         start = Gauge(job, grid.cell).measure(world.height)
         world.changed[:] = 0
         return cls(config, layout, world, job, start, Totals())
