@@ -7,7 +7,7 @@ import numpy as np
 from dirt_env.config import SceneConfig
 from dirt_env.scene.layout import Layout
 from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.state import World, make_world
+from dirt_env.sim.state import WORK_SPACE, World, make_world, work_space
 from dirt_env.task.actions import decode
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
@@ -106,7 +106,7 @@ class Episode:
         """Everything that the future depends on, for `dirt_env.snapshot`."""
         return {
             "layout": self.layout._asdict(),
-            "world": self.world._asdict(),
+            "world": {name: part for name, part in self.world._asdict().items() if name not in WORK_SPACE},
             "job": self.job._asdict(),
             "start": self.start._asdict(),
             "totals": self.totals._asdict(),
@@ -116,5 +116,5 @@ class Episode:
     def from_tree(cls, config: SceneConfig, tree: dict[str, Any]) -> Self:
         """The episode that `to_tree` described."""
         layout = Layout(**{**tree["layout"], "pose": tuple(tree["layout"]["pose"])})
-        parts = (kind(**tree[name]) for name, kind in (("world", World), ("job", Job)))
-        return cls(config, layout, *parts, Remaining(**tree["start"]), Totals(**tree["totals"]))
+        world = World(**tree["world"], **work_space(tree["world"]["height"]))
+        return cls(config, layout, world, Job(**tree["job"]), Remaining(**tree["start"]), Totals(**tree["totals"]))

@@ -76,7 +76,6 @@ def _levels(site: Site, numbers: Parameters, strip: Strip, way: float, rise: flo
 def _planes(site: Site, strip: Strip, wanted: np.ndarray, way: float) -> np.ndarray:
     """(z, pitch, roll) of the ground under the tracks at each look, [LOOKS, 3], if the blade cuts to what is `wanted`.
 
-    What lies ahead of the blade does not bear the tracks, so the look is cut short there.
     """
     share = np.concatenate([[0.0], np.arange(1, LOOKS + 1) / LOOKS])
     now = _fit(site, site.height, np.zeros(1))[0]
@@ -88,17 +87,17 @@ def _planes(site: Site, strip: Strip, wanted: np.ndarray, way: float) -> np.ndar
 
 
 def _fit(site: Site, ground: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """(z, pitch, roll) of the plane through `ground` [row, col] under the tracks when they are `ways` [n] m on, [n, 3]."""
+    """(z, pitch, roll) of the plane through `ground` [row, col] under the tracks when they are `ways` [n] m on, [n, 3].
+
+    What lies ahead of the blade does not bear them: the foremost stations look a little further back.
+    """
     pose, machine = site.pose, site.machine
     east, north = cos(pose["heading"]), sin(pose["heading"])
-    front = min(0.5 * machine.length, site.blade.reach - site.grid.cell)
-    s = np.repeat(np.linspace(-0.5 * machine.length, front, STATIONS), 3)
+    s = np.repeat(machine.length * np.linspace(-0.5, 0.5, STATIONS), 3)
     u = np.tile(machine.width * np.linspace(-0.5, 0.5, 3), STATIONS)
-    along = s[None] + ways[:, None]
+    along = np.minimum(s, site.blade.reach - site.grid.cell)[None] + ways[:, None]
     h = _bilinear(site, ground, pose["x"] + along * east - u * north, pose["y"] + along * north + u * east)
-    middle = s.mean()
-    pitch = h @ (s - middle) / ((s - middle) ** 2).sum()
-    return np.stack([h.mean(axis=1) - pitch * middle, pitch, h @ u / (u**2).sum()], axis=1)
+    return np.stack([h.mean(axis=1), h @ s / (s**2).sum(), h @ u / (u**2).sum()], axis=1)
 
 
 def _bilinear(site: Site, ground: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
