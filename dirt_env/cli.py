@@ -7,15 +7,18 @@ import tomllib
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from dirt_env import __version__
 
 BAD_INPUT, INTERRUPTED = 2, 130
+NO_KEYS = ("self", "scene", "render_mode")  # arguments of the environment that are no keys of a scene
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status. Bad input is one line on stderr and status 2."""
+    _forgive(sys.stdout)
     options = _parser().parse_args(arguments)
     try:
         with warnings.catch_warnings():
@@ -44,7 +47,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--out", type=Path, metavar="DIR", help="folder for what is written (default: runs/SCENE-POLICY)")
     run.add_argument("--level", type=_whole(0), metavar="L", help="difficulty of a random layout, 0 to 5")
     run.add_argument("--steps", type=_whole(1), metavar="N", help="most control steps (default: the job's time)")
-    run.add_argument("--no-replay", action="store_true", help="write summary.json only")
+    run.add_argument("--no-replay", action="store_true", help="write summary.json only (an old replay goes)")
     run.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scene, as in --set soil.repose=30"
     )
@@ -57,24 +60,34 @@ def _parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     from dirt_env.run import Run
 
-    out = options.out or Path("runs") / f"{Path(options.scene).stem}-{options.policy}"
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"--out is {out}, which is a file; allowed: a folder, or a new name")
     overrides = read_settings(options.set)
     if options.level is not None:
         overrides["level"] = options.level
     run = Run(options.scene, options.policy, options.seed, options.steps, overrides, not options.no_replay)
-    out.mkdir(parents=True, exist_ok=True)
-    status = 0
-    try:
-        run.play(options.episodes)
-    except KeyboardInterrupt:
-        sys.stderr.write(f"dirt-push: interrupted after {len(run.summaries)} of {options.episodes} episodes\n")
-        status = INTERRUPTED
-    if run.summaries:
+    out = _writable(options.out or Path("runs") / f"{Path(options.scene).stem}-{options.policy}")
+    run.play(options.episodes)
+    written = run.write(out) if run.summaries else []  # before anything is said: nobody may be listening any more
+    if run.interrupted:
+        done = f"after {len(run.summaries)} of {run.wanted} episodes"
+        if not run.summaries:
+            done = "before the first episode was finished: nothing written"
+        sys.stderr.write(f"dirt-push: interrupted {done}\n")
+    if written:
         _say(f"{run.policy_name} in {run.env.config.name}, {run.env.config.task.period:g} s a step", run.table())
-        _say("wrote " + ", ".join(str(path) for path in run.write(out)))
-    return status
+        _say("wrote " + ", ".join(str(path) for path in written))
+    return INTERRUPTED if run.interrupted else 0
+
+
+def _writable(out: Path) -> Path:
+    """The folder, made if it is not there; an error if it cannot be written to."""
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"--out is {out}, which is a file; allowed: a folder, or a new name")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=out):
+            return out
+    except OSError as error:
+        raise ValueError(f"--out is {out}: {error.strerror}; allowed: a folder that can be written to") from error
 
 
 def _scenes(options: argparse.Namespace) -> int:
@@ -99,6 +112,8 @@ def read_settings(settings: Sequence[str]) -> dict[str, Any]:
         parts = key.strip().split(".")
         if not equals or not all(parts):
             raise ValueError(f"--set is {setting!r}; allowed: KEY=VALUE, as in soil.repose=30")
+        if parts[0] in NO_KEYS:
+            raise ValueError(f"--set is {setting!r}; allowed: keys of the scene only; --scene chooses another scene")
         table = overrides
         for part in parts[:-1]:
             table = table.setdefault(part, {})
@@ -136,6 +151,14 @@ def _columns(pairs: Any) -> list[str]:
     return [f"{name:<{width}}  {text}" for name, text in rows]
 
 
+def _forgive(stream: Any) -> None:
+    """Let a stream write '?' for letters that it cannot encode."""
+    if hasattr(stream, "reconfigure"):
+        stream.reconfigure(errors="replace")
+
+
 def _say(*lines: str) -> None:
+    if sys.stdout is None:  # closed by whoever started this
+        return
     sys.stdout.write("\n".join(lines) + "\n")
     sys.stdout.flush()

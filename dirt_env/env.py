@@ -1,6 +1,8 @@
 """`DirtPush-v0`: a machine with a blade moves soil to where it belongs."""
 
 import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, ClassVar
 
 import gymnasium
@@ -10,9 +12,9 @@ from gymnasium.error import ResetNeeded
 
 from dirt_env.config import layout as draw_layout
 from dirt_env.config import load
-from dirt_env.episode import Episode
+from dirt_env.episode import Episode, tree_form
 from dirt_env.observer import Observer
-from dirt_env.snapshot import pack, unpack
+from dirt_env.snapshot import check, pack, unpack
 from dirt_env.task.observation import read_pose
 from dirt_env.task.reward import TERMS
 
@@ -94,7 +96,8 @@ class DirtPushEnv(gymnasium.Env):
     `reset` draws a layout from the scene with the environment's generator. Options: `layout_seed` (int) draws it from a
     generator of its own instead; `pose` (x m, y m, heading rad) puts the machine elsewhere. The episode terminates with
     `info["is_success"]` when the share `task.success` of the soil is in the goal, or the design surface is within its
-    tolerance. It is never truncated here; `gymnasium.make` does that after `max_episode_steps` (600).
+    tolerance. It is never truncated here; `gymnasium.make` does that after `max_episode_steps`, by default 600, the
+    time of the default job. `env.unwrapped.config.steps` is what a scene's own `task.time` comes to.
 
     ## Info
     Plain numbers: `share_in_goal`, `volume_moved_m3`, `misplaced_m3`, `spilled_m3` (soil that lies neither in start nor
@@ -132,14 +135,18 @@ class DirtPushEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Start an episode on a new layout; options: see RESET_OPTIONS and the class."""
+        """Start an episode on a new layout; options: see RESET_OPTIONS and the class.
+
+        Raises ValueError, and changes neither the episode nor the generator, if an option is bad.
+        """
         layout_seed, pose = _read_options(options)
-        super().reset(seed=seed)
-        generator = self.np_random if layout_seed is None else np.random.default_rng(layout_seed)
-        layout = draw_layout(self.config, generator)
-        if pose is not None:
-            layout = layout._replace(pose=pose)
-        self._episode = Episode.begin(self.config, layout)
+        with self._generator_kept_on_error():
+            super().reset(seed=seed)
+            generator = self.np_random if layout_seed is None else np.random.default_rng(layout_seed)
+            layout = draw_layout(self.config, generator)
+            if pose is not None:
+                layout = layout._replace(pose=pose)
+            self._episode = Episode.begin(self.config, layout)
         self._picture = None
         if self.render_mode == "human":
             self.render()
@@ -213,19 +220,44 @@ class DirtPushEnv(gymnasium.Env):
         return pack(tree)
 
     def set_state(self, state: bytes) -> None:
-        """Go on from a state of `get_state`; raises ValueError if it is damaged or of another scene."""
+        """Go on from a state of `get_state`; ValueError, and nothing changes, if it is damaged or of another scene."""
         tree = unpack(state)
-        if tree["config"] != _fingerprint(self.config):
+        if isinstance(tree, dict) and tree.get("config") != _fingerprint(self.config):
             raise ValueError("state comes from a differently configured scene; allowed: states of this one")
+        form = {"config": str, "generator": dict, "seed": (None, int), "episode": tree_form(self.config)}
+        check(tree, form, "state")
         episode = Episode.from_tree(self.config, tree["episode"])
-        self.np_random.bit_generator.state = tree["generator"]
+        self.np_random.bit_generator.state = _checked(self.np_random, tree["generator"])
         self._episode = episode
         self._np_random_seed = tree["seed"]
         self._picture = None
 
+    @contextmanager
+    def _generator_kept_on_error(self) -> Iterator[None]:
+        """Leave the generator as it was if what is done meanwhile raises."""
+        generator, seed = self._np_random, self._np_random_seed
+        state = None if generator is None else generator.bit_generator.state
+        try:
+            yield
+        except BaseException:
+            self._np_random, self._np_random_seed = generator, seed
+            if generator is not None:
+                generator.bit_generator.state = state
+            raise
+
     def __getstate__(self) -> dict[str, Any]:
         """What pickle and deepcopy take along: everything but what was only drawn."""
         return {**self.__dict__, "_picture": None, "_window": None}
+
+
+def _checked(generator: np.random.Generator, state: dict[str, Any]) -> dict[str, Any]:
+    """The state, if the generator can take it; else raises ValueError."""
+    trial = type(generator.bit_generator)()
+    try:
+        trial.state = state
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        raise ValueError(f"state.generator is {state!r}: {error}; allowed: what get_state returned") from error
+    return trial.state
 
 
 def _fingerprint(config: Any) -> str:
@@ -235,16 +267,25 @@ def _fingerprint(config: Any) -> str:
 
 def _read_options(options: dict[str, Any] | None) -> tuple[int | None, tuple[float, float, float] | None]:
     """The reset options layout_seed and pose; raises ValueError for any other."""
-    options = dict(options or {})
+    if options is None:
+        return None, None
+    if not isinstance(options, Mapping):
+        raise ValueError(f"reset options are {options!r}; allowed: None or a mapping of {', '.join(RESET_OPTIONS)}")
     for name in options:
         if name not in RESET_OPTIONS:
             raise ValueError(f"reset option {name!r} is unknown; known: {', '.join(RESET_OPTIONS)}")
     seed, pose = options.get("layout_seed"), options.get("pose")
     if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
         raise ValueError(f"reset option layout_seed is {seed!r}; allowed: an integer >= 0")
-    if pose is not None:
+    return seed, None if pose is None else _read_pose_option(pose)
+
+
+def _read_pose_option(pose: Any) -> tuple[float, float, float]:
+    """The reset option pose; raises ValueError if it is not three finite numbers."""
+    try:
         values = np.asarray(pose, np.float64)
-        if values.shape != (3,) or not np.isfinite(values).all():
-            raise ValueError(f"reset option pose is {pose!r}; allowed: x m, y m, heading rad")
-        pose = tuple(values.tolist())
-    return seed, pose
+    except (ArithmeticError, TypeError, ValueError):
+        values = np.empty(0)
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise ValueError(f"reset option pose is {pose!r}; allowed: x m, y m, heading rad")
+    return tuple(values.tolist())

@@ -7,7 +7,8 @@ import numpy as np
 from dirt_env.config import SceneConfig
 from dirt_env.scene.layout import Layout
 from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.state import WORK_SPACE, World, make_world, work_space
+from dirt_env.sim.params import Grid
+from dirt_env.sim.state import WORK_SPACE, World, make_world, quantum_for, work_space
 from dirt_env.task.actions import decode
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
@@ -114,7 +115,41 @@ class Episode:
 
     @classmethod
     def from_tree(cls, config: SceneConfig, tree: dict[str, Any]) -> Self:
-        """The episode that `to_tree` described."""
+        """The episode that `to_tree` described, of a tree that has the `tree_form`; ValueError where it cannot be."""
         layout = Layout(**{**tree["layout"], "pose": tuple(tree["layout"]["pose"])})
         world = World(**tree["world"], **work_space(tree["world"]["height"]))
+        _check_ranges(world, layout, config.grid)
         return cls(config, layout, world, Job(**tree["job"]), Remaining(**tree["start"]), Totals(**tree["totals"]))
+
+
+def tree_form(config: SceneConfig) -> dict[str, Any]:
+    """What `Episode.to_tree` gives in a scene, as a form for `dirt_env.snapshot.check`."""
+    shape = config.grid.rows, config.grid.cols
+    ground, mask, f4 = np.empty(shape), np.empty(shape, bool), np.empty(shape, np.float32)
+    solid = mask if config.has_walls else None
+    layout = Layout(ground, ground, mask, mask, (None, mask), solid, [float] * 3, float, float)
+    world = make_world(np.zeros(shape), config.grid, None, config.site.border == "open")._asdict()
+    world |= {"solid": (None, solid), "quantum": float}
+    job = Job(f4, f4, f4, f4, f4, (None, f4), f4, f4, solid, np.empty((0, 2)), float, float, float, float)
+    return {
+        "layout": layout._asdict(),
+        "world": {name: part for name, part in world.items() if name not in WORK_SPACE},
+        "job": job._asdict(),
+        "start": dict.fromkeys(Remaining._fields, float),
+        "totals": {**dict.fromkeys(Totals._fields, float), "steps": int},
+    }
+
+
+def _check_ranges(world: World, layout: Layout, grid: Grid) -> None:
+    """Raise ValueError for a world whose numbers would lead out of its arrays, or whose quantum is another one."""
+    machine, width, depth = world.machine[0], grid.cols * grid.cell, grid.rows * grid.cell
+    if not (0.0 <= machine.x <= width and 0.0 <= machine.y <= depth):
+        allowed = f"0..{width:g} m x 0..{depth:g} m"
+        raise ValueError(f"state has the machine at x {machine.x:g} m, y {machine.y:g} m; allowed: {allowed}")
+    for name in ("changed", "pending"):
+        r0, r1, c0, c1 = bounds = getattr(world, name).tolist()
+        if not all(0 <= n <= grid.rows for n in (r0, r1)) or not all(0 <= n <= grid.cols for n in (c0, c1)):
+            raise ValueError(f"state has the window {name} {bounds}; allowed: 0..{grid.rows} rows, 0..{grid.cols} cols")
+    quantum = quantum_for(grid.cell, float(np.abs(layout.height).max()))
+    if world.quantum != quantum:
+        raise ValueError(f"state has the quantum {world.quantum!r} m; allowed: {quantum!r} m")

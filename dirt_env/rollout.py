@@ -1,9 +1,7 @@
 """Plays a policy in an environment and sums up what came of it."""
 
 from collections.abc import Callable, Sequence
-from math import ceil
 
-from dirt_env.config import SceneConfig
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import Policy
 
@@ -20,11 +18,6 @@ REPORTED = (
 
 Summary = dict[str, float]
 Watch = Callable[[DirtPushEnv, dict], None]
-
-
-def nominal_steps(config: SceneConfig) -> int:
-    """Control steps in the scene's nominal job time."""
-    return ceil(config.task.time / config.task.period - 1e-9)
 
 
 def play(env: DirtPushEnv, policy: Policy, seed: int, steps: int, watch: Watch | None = None) -> Summary:
@@ -47,8 +40,9 @@ def play(env: DirtPushEnv, policy: Policy, seed: int, steps: int, watch: Watch |
 
 
 def mean(summaries: Sequence[Summary]) -> Summary:
-    """Means of the episodes' figures; m3/h is all the soil over all the time."""
-    figures = {name: sum(s[name] for s in summaries) / len(summaries) for name in summaries[0] if name != "seed"}
+    """Means of the episodes' figures; m3/h is all the soil over all the time, `success` the share that was done."""
+    names = [name for name in summaries[0] if name not in ("seed", "is_success")]
+    figures = {name: sum(s[name] for s in summaries) / len(summaries) for name in names}
     figures["m3_per_h"] = _per_hour(figures["volume_moved_m3"], figures["time_s"])
     return figures
 
@@ -56,7 +50,8 @@ def mean(summaries: Sequence[Summary]) -> Summary:
 def _summary(info: dict, seed: int, steps: int, total: float) -> Summary:
     figures = {name: info[name] for name in REPORTED}
     figures["m3_per_h"] = _per_hour(info["volume_moved_m3"], info["time_s"])
-    return {"seed": seed, "steps": steps, "success": float(info["is_success"]), "return": total, **figures}
+    done = bool(info["is_success"])
+    return {"seed": seed, "steps": steps, "is_success": done, "success": float(done), "return": total, **figures}
 
 
 def _per_hour(volume: float, seconds: float) -> float:

@@ -12,7 +12,7 @@ from dirt_env.policy import load_policy
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 from dirt_env.render.replay import Recorder
-from dirt_env.rollout import Summary, mean, nominal_steps, play
+from dirt_env.rollout import Summary, mean, play
 
 MOMENTS = 600  # of one episode in the replay
 COLUMNS = (
@@ -28,7 +28,7 @@ COLUMNS = (
 
 
 class Run:
-    """Episodes of one policy in one scene; `summaries` are those that were finished.
+    """Episodes of one policy in one scene; `summaries` are those that were finished, of the `wanted` ones.
 
     `steps` bounds an episode, by default to the scene's nominal time; `record` keeps every one for the replay.
     """
@@ -44,30 +44,38 @@ class Run:
     ) -> None:
         """Read scene and policy; raises ValueError or ImportError with a sentence that helps."""
         if record and find_spec("PIL") is None:
-            raise ImportError('the animated picture needs pillow: pip install "dirt-push[render]", or add --no-replay')
+            raise ImportError(
+                'the animated picture needs pillow: pip install ".[render]" in the checkout, or --no-replay'
+            )
         self.scene, self.policy_name, self.seed = scene, policy, seed
         self.env = DirtPushEnv(scene=scene, **(overrides or {}))
         self.policy = load_policy(policy, self.env.config)
         if self.policy.sees == "map":
             self.env = DirtPushEnv(scene=scene, **_with_map(overrides or {}))
         config = self.env.config
-        self.steps = steps or nominal_steps(config)
+        self.steps = steps or config.steps
         self.summaries: list[Summary] = []
+        self.wanted, self.interrupted = 0, False
         title = f"{config.name}: {policy}"
         every = max(1, self.steps // MOMENTS)
         recorder = Recorder(title, config.description, config.grid.cell, config.blade, config.machine, every)
         self._recorder = recorder if record else None
 
     def play(self, episodes: int) -> None:
-        """Play the episodes, on the layouts of `seed`, `seed` + 1, ..."""
+        """Play the episodes, on the layouts of `seed`, `seed` + 1, ...; Ctrl-C drops the one that is being played."""
+        self.wanted = episodes
         progress = Progress(episodes * self.steps)
-        progress.show(0, "starting; the first run compiles the kernels")
         try:
+            progress.show(0, "starting; the first run compiles the kernels")
             for episode in range(episodes):
                 label = f"episode {episode + 1} of {episodes}"
                 self.summaries.append(
                     play(self.env, self.policy, self.seed + episode, self.steps, self._watch(label, episode, progress))
                 )
+        except KeyboardInterrupt:
+            self.interrupted = True
+            if self._recorder is not None:
+                self._recorder.keep(len(self.summaries))
         finally:
             progress.clear()
 
@@ -97,29 +105,39 @@ class Run:
             "max_steps": self.steps,
             "version": __version__,
             "config": self.env.config.to_dict(),
+            "interrupted": self.interrupted,
+            "episodes_wanted": self.wanted,
             "episodes": self.summaries,
             "mean": mean(self.summaries),
         }
 
     def write(self, folder: Path) -> list[Path]:
-        """Write summary.json, replay.html and replay.gif of the finished episodes; returns what was written."""
-        paths = [folder / "summary.json"]
-        write_atomically(paths[0], (json.dumps(self.summary(), indent=2) + "\n").encode())
-        if self._recorder is not None:
-            paths += [folder / "replay.html", folder / "replay.gif"]
-            self._recorder.write_html(paths[1])
-            self._recorder.write_gif(paths[2])
-        return paths
+        """Write summary.json, replay.html and replay.gif of the finished episodes; returns what was written.
+
+        The replay of an earlier run in the folder goes first: it never lies beside another run's figures.
+        """
+        summary, page, film = folder / "summary.json", folder / "replay.html", folder / "replay.gif"
+        page.unlink(missing_ok=True)
+        film.unlink(missing_ok=True)
+        write_atomically(summary, (json.dumps(self.summary(), indent=2) + "\n").encode())
+        if self._recorder is None:
+            return [summary]
+        self._recorder.write_html(page)
+        self._recorder.write_gif(film)
+        return [summary, page, film]
 
     def table(self) -> str:
         """The figures of the episodes and their means, a line each."""
         names = [name for name, _, _ in COLUMNS]
-        lines = [["episode", *(title for _, title, _ in COLUMNS)]]
-        for label, figures in [*enumerate(self.summaries, 1), ("mean", mean(self.summaries))]:
+        lines = [["episode", "done", *(title for _, title, _ in COLUMNS)]]
+        done = ["yes" if figures["is_success"] else "no" for figures in self.summaries]
+        done.append(f"{done.count('yes')} of {len(done)}")
+        rows = [*enumerate(self.summaries, 1), ("mean", mean(self.summaries))]
+        for (label, figures), reached in zip(rows, done, strict=True):
             cells = [form.format(figures[name]) for name, _, form in COLUMNS]
             if self.env.config.design is None:
                 cells[names.index("grade_error_m")] = "-"
-            lines.append([str(label), *cells])
+            lines.append([str(label), reached, *cells])
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.rjust, line, widths)) for line in lines)
 

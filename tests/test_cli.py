@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -83,6 +84,9 @@ def test_without_steps_an_episode_lasts_the_nominal_time(tmp_path):
         (["--set", "soil.repos=3"], "repose"),
         (["--set", "site.cell=0"], "site.cell is 0"),
         (["--set", "site.cell"], "KEY=VALUE"),
+        (["--set", "scene=dig"], "--set is 'scene=dig'; allowed: keys of the scene only; --scene chooses another"),
+        (["--set", "render_mode=human"], "--set is 'render_mode=human'; allowed: keys of the scene only"),
+        (["--set", "self=1"], "--set is 'self=1'; allowed: keys of the scene only"),
         (["--set", "blade.width=0.6"], "blade.width is 0.6"),
         (["--level", "17"], "17"),
     ],
@@ -102,8 +106,37 @@ def test_without_out_the_folder_is_named_after_scene_and_policy(tmp_path, monkey
 def test_out_has_to_be_a_folder(tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     for out in ("file", "file/below"):
-        refusal(["run", *SHORT, "--out", str(tmp_path / out)], capsys)
+        assert f"--out is {tmp_path / out}" in refusal(["run", *SHORT, "--out", str(tmp_path / out)], capsys)
     assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs a folder that nobody can write to")
+def test_an_out_that_cannot_be_written_to_is_said_before_the_run(capsys, monkeypatch):
+    monkeypatch.setattr("dirt_env.run.Run.play", lambda *_: pytest.fail("it was played"))
+    for out in ("/proc/self", "/proc/new"):
+        line = refusal(["run", *SHORT, "--out", out], capsys)
+        assert f"--out is {out}: " in line
+        assert "allowed: a folder that can be written to" in line
+
+
+def test_no_replay_of_an_earlier_run_stays_beside_the_new_figures(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    for name in ("replay.html", "replay.gif"):
+        (tmp_path / name).write_text("of another run")
+    assert main(["run", *SHORT, "--no-replay", "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"summary.json", "mine.txt"}
+
+
+def test_a_job_that_is_done_reads_as_success(tmp_path, capsys):
+    """A pad within a wide tolerance is done, though next to no soil was moved."""
+    for tolerance, reached, total in (("9", "yes", "1"), ("0.0001", "no", "0")):
+        arguments = ["--scene", "pad", "--set", f"design.tolerance={tolerance}", "--no-replay", "--out", str(tmp_path)]
+        assert main(["run", *SHORT, *arguments]) == 0
+        _, titles, first, mean, *_ = (line.split() for line in capsys.readouterr().out.splitlines())
+        assert (titles[1], first[1], mean[1:4]) == ("done", reached, [total, "of", "1"])
+        summary = json.loads((tmp_path / "summary.json").read_text())
+        assert summary["episodes"][0]["is_success"] is (reached == "yes")
+        assert summary["mean"]["success"] == float(total)
 
 
 def test_missing_pillow_is_said_before_the_run(tmp_path, capsys, monkeypatch):
@@ -158,24 +191,69 @@ def command(*arguments):
     return [sys.executable, "-m", "dirt_env", *arguments]
 
 
-def test_an_interrupted_run_keeps_what_is_finished(tmp_path, capsys, monkeypatch):
-    """Ctrl-C in the third episode: status 130, figures of two episodes and the replay of all that was seen."""
+def interrupt_after(steps, monkeypatch):
+    """Ctrl-C after so many control steps."""
     kind = type(load_policy("random", load()))
     act, calls = kind.act, []
 
     def interrupted(self, observation):
         calls.append(self)
-        if len(calls) > 2 * 6 + 3:
+        if len(calls) > steps:
             raise KeyboardInterrupt
         return act(self, observation)
 
     monkeypatch.setattr(kind, "act", interrupted)
+
+
+def test_an_interrupted_run_keeps_what_is_finished(tmp_path, capsys, monkeypatch):
+    """Ctrl-C in the third episode: status 130, figures and replay of two episodes."""
+    interrupt_after(2 * 6 + 3, monkeypatch)
     assert main(["run", *SHORT, "--episodes", "100", "--out", str(tmp_path)]) == 130
     captured = capsys.readouterr()
     assert captured.err == "dirt-push: interrupted after 2 of 100 episodes\n"
     assert "mean" in captured.out
-    assert len(json.loads((tmp_path / "summary.json").read_text())["episodes"]) == 2
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert (summary["interrupted"], summary["episodes_wanted"], len(summary["episodes"])) == (True, 100, 2)
+    assert replayed(tmp_path / "replay.html") == [("episode 1 of 100", 7), ("episode 2 of 100", 7)]
     assert {path.name for path in tmp_path.iterdir()} == {"summary.json", "replay.html", "replay.gif"}
+
+
+def replayed(page):
+    """Label and number of moments of every episode in a replay."""
+    data = re.search(r'<script type="application/json" id="replay">(.*?)</script>', page.read_text("utf-8"), re.S)[1]
+    return [(episode["label"], episode["frames"]) for episode in json.loads(data)["episodes"]]
+
+
+def test_an_interruption_before_the_first_episode_is_finished_is_said(tmp_path, capsys, monkeypatch):
+    interrupt_after(3, monkeypatch)
+    assert main(["run", *SHORT, "--episodes", "2", "--out", str(tmp_path)]) == 130
+    captured = capsys.readouterr()
+    said = "dirt-push: interrupted before the first episode was finished: nothing written\n"
+    assert (captured.out, captured.err) == ("", said)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
+def test_a_run_is_kept_though_nobody_reads_what_it_says(tmp_path):
+    """`dirt-push run | true`: the reader is gone before the first line."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    arguments = command("run", *SHORT, "--no-replay", "--out", str(tmp_path))
+    done = subprocess.run(arguments, stdout=writer, stderr=subprocess.PIPE, text=True, timeout=300, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "summary.json").is_file()
+
+
+@pytest.mark.slow
+def test_a_run_is_kept_though_the_name_of_the_scene_cannot_be_shown(tmp_path):
+    arguments = command("run", *SHORT, "--set", "name=gr\u00fcn", "--out", str(tmp_path / "out"))
+    surroundings = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(arguments, env=surroundings, capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "random in gr?n, " in done.stdout
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"summary.json", "replay.html", "replay.gif"}
 
 
 @pytest.mark.slow

@@ -312,3 +312,8 @@ def test_the_manual_names_every_key_and_kind():
         assert f"[{name}]" in manual or f"`{name}`" in manual
         for key in keys(rule, name):
             assert key in manual, f"{name}: {key}"
+
+
+def test_the_steps_of_a_scene_are_its_nominal_time_in_control_steps():
+    assert load("heap").steps == 600
+    assert load("dig", task={"time": 10.1, "period": 0.5}).steps == 21

@@ -1,6 +1,7 @@
 """`DirtPushEnv` by itself: arguments, actions, lifecycle, determinism, state."""
 
 import copy
+import itertools
 import json
 import os
 import pickle
@@ -13,6 +14,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 
 from dirt_env.env import DirtPushEnv
+from dirt_env.snapshot import MAGIC, pack, unpack
 
 EVERYTHING = {"overview": True, "map": True}
 SHOVE = {  # a small heap right before a goal, the machine behind it
@@ -89,6 +91,31 @@ def test_unknown_reset_options_are_refused_and_the_known_ones_listed(options):
 def test_a_layout_seed_is_a_whole_number(seed):
     with pytest.raises(ValueError, match="layout_seed is"):
         DirtPushEnv().reset(options={"layout_seed": seed})
+
+
+@pytest.mark.parametrize("options", [[1], "pose", 0, {"pose"}])
+def test_options_are_a_mapping(options):
+    with pytest.raises(ValueError, match=r"reset options are .*; allowed: None or a mapping of layout_seed, pose"):
+        DirtPushEnv().reset(options=options)
+
+
+@pytest.mark.parametrize("pose", ["abc", {"x": 1}, [[1], 2, 3], (10**400, 0, 0), 3])
+def test_a_pose_that_is_none_is_refused_by_name(pose):
+    with pytest.raises(ValueError, match=r"reset option pose is .*; allowed: x m, y m, heading rad"):
+        DirtPushEnv().reset(options={"pose": pose})
+
+
+@pytest.mark.parametrize("seed", [None, 7])
+@pytest.mark.parametrize("options", [{"pose": (-5, 0, 0)}, {"pose": "abc"}, {"sed": 1}, [1]])
+def test_a_refused_reset_changes_nothing(options, seed):
+    env = DirtPushEnv()
+    env.reset(seed=3)
+    drive(env, 3)
+    before, generator = env.get_state(), env.np_random
+    with pytest.raises(ValueError, match=r"allowed|known"):
+        env.reset(seed=seed, options=options)
+    assert env.get_state() == before
+    assert env.np_random is generator
 
 
 @pytest.mark.parametrize("pose", [(1, 2), (1, 2, np.nan), (-5, 0, 0), (1e9, 0, 0)])
@@ -235,6 +262,42 @@ def test_info_adds_up():
     assert info["misplaced_m3"] > 0
 
 
+def test_draft_is_the_work_of_the_step_over_its_distance():
+    env = DirtPushEnv(level=0)
+    env.reset(seed=0)
+    infos = [info for *_, info in into_the_heap(env)]
+    for before, after in itertools.pairwise(infos):
+        work, distance = (after[name] - before[name] for name in ("work_kj", "distance_m"))
+        assert after["draft_kn"] == pytest.approx(work / distance if distance else 0.0)
+    assert max(info["draft_kn"] for info in infos) > 0
+
+
+def test_blocked_is_the_share_of_the_step_that_a_wall_held_the_machine():
+    env = DirtPushEnv(scene=SHOVE)
+    env.reset(seed=0, options={"pose": (3.0, 3.0, np.pi)})
+    found = [env.step([0.0, 1.0, 1.0])[-1]["blocked"] for _ in range(6)]
+    assert env.step([0.0, -1.0, 1.0])[-1]["blocked"] == 0.0
+    assert found[-1] == pytest.approx(1.0)
+
+
+def test_soil_lost_over_an_open_border_is_spilled():
+    env = DirtPushEnv(scene=SHOVE, site={"border": "open"})
+    env.reset(seed=0)
+    for _ in range(16):
+        info = env.step([0.0, 1.0, -0.1])[-1]
+    episode = env.episode
+    assert info["lost_m3"] > 0
+    assert info["spilled_m3"] == max(0.0, episode.remaining.stray - episode.start.stray) + info["lost_m3"]
+
+
+def test_the_time_left_falls_by_a_period_each_step():
+    env = DirtPushEnv(task={"time": 5.0})
+    observations = [env.reset(seed=0)[0], *(env.step([0, 0, 1])[0] for _ in range(12))]
+    found = [env.read_pose(observation["pose"])["time_left"] for observation in observations]
+    share = env.config.task.period / 5.0
+    assert found == pytest.approx([max(0.0, 1.0 - share * step) for step in range(13)], abs=1e-6)
+
+
 def test_no_memory_is_shared_between_returns():
     env = DirtPushEnv(observation=EVERYTHING, render_mode="rgb_array")
     returned = [env.reset(seed=0)[0], *(env.step([0, 1, 0])[0] for _ in range(2))]
@@ -328,13 +391,83 @@ def test_a_state_of_another_scene_is_refused():
         DirtPushEnv(soil={"repose": 30}).set_state(env.get_state())
 
 
-@pytest.mark.parametrize("damage", [lambda s: b"", lambda s: s[:50], lambda s: s[:-1000], lambda s: b"x" + s, str])
+@pytest.mark.parametrize("damage", [lambda s: b"", lambda s: s[:50], lambda s: s[:-1000], lambda s: b"x" + s, str, len])
 def test_a_damaged_state_is_refused_and_changes_nothing(damage):
     env = DirtPushEnv()
     env.reset(seed=0)
     state = env.get_state()
     with pytest.raises(ValueError, match="state"):
         env.set_state(damage(state))
+    assert env.get_state() == state
+
+
+def test_any_flipped_or_trailing_byte_is_damage():
+    env = DirtPushEnv()
+    env.reset(seed=0)
+    state = env.get_state()
+    for place in [0, len(MAGIC), len(MAGIC) + 32, *range(100, len(state), len(state) // 40), len(state) - 1]:
+        damaged = bytearray(state)
+        damaged[place] ^= 1
+        with pytest.raises(ValueError, match="state is damaged"):
+            env.set_state(bytes(damaged))
+    with pytest.raises(ValueError, match="state is damaged"):
+        env.set_state(state + b"x")
+    assert env.get_state() == state
+
+
+FORGED = {  # what becomes of a part of the state, and a word of the complaint; None takes the part away
+    ("config",): (None, "differently configured"),
+    ("generator",): ({"bit_generator": "PCG64"}, "state.generator"),
+    ("generator", "bit_generator"): ("MT19937", "state.generator"),
+    ("seed",): ("a", "state.seed"),
+    ("episode",): ([1], "state.episode"),
+    ("episode", "job"): (None, "state.episode is a table"),
+    ("episode", "layout", "pose"): ([1.0, 2.0], "layout.pose"),
+    ("episode", "layout", "design"): (3, "layout.design"),
+    ("episode", "layout", "solid"): (np.zeros((64, 64), bool), "layout.solid"),
+    ("episode", "world", "height"): (np.zeros((64, 63), np.float32), "world.height"),
+    ("episode", "world", "tally"): (np.zeros(1), "world.tally"),
+    ("episode", "world", "outside"): (np.zeros((64, 64), np.float32), "world.outside"),
+    ("episode", "world", "changed"): (np.array([0, 64, 0, 65]), "window changed"),
+    ("episode", "world", "pending"): (np.array([-1, 64, 0, 64]), "window pending"),
+    ("episode", "world", "quantum"): (0.0, "quantum"),
+    ("episode", "job", "target"): (np.zeros((64, 64)), "job.target"),
+    ("episode", "job", "centers"): (np.zeros((0, 2)), "job.centers"),
+    ("episode", "job", "soil"): (float("nan"), "job.soil"),
+    ("episode", "start", "potential"): (True, "start.potential"),
+    ("episode", "totals", "steps"): (1.5, "totals.steps"),
+    ("episode", "totals", "more"): (1, "state.episode.totals"),
+}
+
+
+@pytest.mark.parametrize("path", FORGED, ids=".".join)
+def test_a_forged_state_is_refused_and_changes_nothing(path):
+    """The checksum is right, what it covers is not."""
+    value, complaint = FORGED[path]
+    refuse(path, lambda parent: parent.pop(path[-1]) if value is None else parent.update({path[-1]: value}), complaint)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("height", "f4"), ("machine", "f8")])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_state_with_numbers_that_are_not_finite_is_refused(name, kind, value):
+    refuse(("episode", "world", name), lambda world: world[name].view(kind).fill(value), f"world.{name} is")
+
+
+def test_a_state_with_the_machine_off_the_site_is_refused():
+    refuse(("episode", "world", "machine"), lambda world: world["machine"]["x"].fill(1e9), "the machine at x 1e")
+
+
+def refuse(path, forge, complaint):
+    """A state in which `forge` has changed the table that holds the path's last part is refused, with the complaint."""
+    env = DirtPushEnv()
+    env.reset(seed=0)
+    state = env.get_state()
+    tree = parent = unpack(state)
+    for name in path[:-1]:
+        parent = parent[name]
+    forge(parent)
+    with pytest.raises(ValueError, match=complaint):
+        env.set_state(pack(tree))
     assert env.get_state() == state
 
 
@@ -373,6 +506,15 @@ def test_rgb_array_is_a_picture_of_now():
     assert np.array_equal(env.render(), first)
     into_the_heap(env)
     assert not np.array_equal(env.render(), first)
+
+
+def test_the_picture_of_a_second_episode_shows_its_own_goal():
+    env, fresh = (DirtPushEnv(level=2, render_mode="rgb_array") for _ in range(2))
+    env.reset(seed=0)
+    env.render()
+    env.reset(seed=1)
+    fresh.reset(seed=1)
+    assert np.array_equal(env.render(), fresh.render())
 
 
 def test_rendering_changes_nothing():

@@ -1,6 +1,7 @@
 """The validated scene: one frozen value that holds everything an environment is made from."""
 
 from dataclasses import dataclass
+from math import ceil
 from typing import Any
 
 from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
@@ -41,6 +42,11 @@ class SceneConfig:
         return Grid(
             round(self.site.size[1] / self.site.cell), round(self.site.size[0] / self.site.cell), self.site.cell
         )
+
+    @property
+    def steps(self) -> int:
+        """Control steps in the nominal job time: a `max_episode_steps` in which a good behaviour can finish."""
+        return ceil(self.task.time / self.task.period - 1e-9)
 
     @property
     def has_walls(self) -> bool:

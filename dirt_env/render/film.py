@@ -95,5 +95,5 @@ def _pillow() -> ModuleType:
     try:
         from PIL import Image
     except ImportError as error:
-        raise ImportError('an animated picture needs pillow: pip install "dirt-push[render]"') from error
+        raise ImportError('an animated picture needs pillow: pip install ".[render]" in the checkout') from error
     return Image

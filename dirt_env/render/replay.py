@@ -68,6 +68,12 @@ class Recorder:
             self._late = moment
         self._count += 1
 
+    def keep(self, episodes: int) -> None:
+        """Forget what was recorded after the first `episodes` episodes."""
+        if len(self.tracks) > episodes:
+            del self.tracks[episodes:]
+            self._late = None
+
     def write_html(self, path: str | PathLike[str]) -> None:
         """Write the 3-D replay, one file that needs nothing else."""
         replay = {
@@ -77,7 +83,7 @@ class Recorder:
             "machine": self.machine._asdict(),
             "episodes": [track.as_json() for track in self._recorded()],
         }
-        write_atomically(Path(path), build_page(replay).encode("utf-8"))
+        write_atomically(Path(path), build_page(replay).encode("utf-8", "replace"))
 
     def write_gif(
         self, path: str | PathLike[str], seconds: float = 12.0, fps: float = 12.5, width_px: int = 440, episode: int = 0

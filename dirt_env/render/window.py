@@ -71,5 +71,5 @@ def _pygame() -> ModuleType:
     try:
         import pygame
     except ImportError as error:
-        raise ImportError('the window needs pygame-ce: pip install "dirt-push[render]"') from error
+        raise ImportError('the window needs pygame-ce: pip install ".[render]" in the checkout') from error
     return pygame

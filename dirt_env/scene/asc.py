@@ -1,5 +1,6 @@
 """ESRI ASCII grids: six lines of header, then the rows from north to south."""
 
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,13 @@ HEADER = {"ncols", "nrows", "cellsize", "xllcorner", "yllcorner", "xllcenter", "
 
 def read_asc(path: str) -> Raster:
     """The height map of an ESRI ASCII grid."""
-    words = Path(path).read_text(encoding="latin-1").split()
+    words = Path(path).read_text(encoding="utf-8-sig", errors="replace").split()
     header, start = _header(words)
-    missing = {"ncols", "nrows"} - header.keys() or ({"cellsize"} - header.keys() if "dx" not in header else set())
+    sizes = set() if {"dx", "dy"} <= header.keys() else {"cellsize"}
+    missing = {"ncols", "nrows", *sizes} - header.keys()
     if missing:
-        raise ValueError(f"{path} has no {sorted(missing)[0]} in its header; needed: ncols, nrows, cellsize")
-    rows, cols = int(header["nrows"]), int(header["ncols"])
+        raise ValueError(f"{path} has no {max(missing)} in its header; needed: ncols, nrows, cellsize")
+    rows, cols = (_count(path, name, header[name]) for name in ("nrows", "ncols"))
     if len(words) - start != rows * cols:
         raise ValueError(f"{path} has {len(words) - start} heights; its header says {rows} x {cols} = {rows * cols}")
     try:
@@ -40,13 +42,19 @@ def _header(words: list[str]) -> tuple[dict[str, float], int]:
     return header, at
 
 
+def _count(path: str, name: str, value: float) -> int:
+    if not (value.is_integer() and value >= 1):
+        raise ValueError(f"{path} has {name} {value:g}; allowed: whole numbers >= 1")
+    return int(value)
+
+
 def _cell(path: str, header: dict[str, float]) -> float:
     """The cell's size, m; refused if the cells are no squares, or are given in degrees."""
     dx = header.get("dx", header.get("cellsize"))
     dy = header.get("dy", header.get("cellsize"))
     if dx != dy:
         raise ValueError(f"{path} has cells of {dx:g} m x {dy:g} m; allowed: squares; resample it (gdalwarp -tr) first")
-    if not dx > 0:
+    if not 0 < dx < inf:
         raise ValueError(f"{path} has cellsize {dx:g}; allowed: > 0 m")
     x = header.get("xllcorner", header.get("xllcenter", 0.0))
     y = header.get("yllcorner", header.get("yllcenter", 0.0))

@@ -1,7 +1,8 @@
 """Height maps and masks from files: .npy, .npz, .asc (ESRI grid), .tif (GeoTIFF), .png (16 bit)."""
 
+import struct
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
@@ -38,13 +39,14 @@ def read_raster(path: str, reading: Reading) -> Raster:
 
 
 def read_mask(path: str) -> np.ndarray:
-    """A mask, bool [rows, cols], row 0 at the south: true cells of a .npy, or bright pixels of a .png."""
+    """A mask, bool [rows, cols], row 0 at the south: true cells of a .npy, or pixels of a .png at least half as
+    bright as its brightest one (what is transparent is dark)."""
     suffix = _suffix(path, (".npy", ".png"))
     if suffix == ".npy":
         return _read_numpy(path, None) != 0
-    image = require("PIL.Image", "pillow").open(path)
-    brightness = np.asarray(image if image.mode.startswith("I") else image.convert("L"))
-    return brightness[::-1] >= (32768 if image.mode.startswith("I") else 128)
+    image = _open_png(path)
+    brightness = np.asarray(image if image.mode.startswith("I") else _over_black(image))
+    return brightness[::-1] >= max(int(brightness.max()), 1) / 2
 
 
 def _read(path: str, suffix: str, reading: Reading) -> Raster:
@@ -70,7 +72,10 @@ def _suffix(path: str, allowed: tuple[str, ...] = SUFFIXES) -> str:
 
 def _read_numpy(path: str, key: str | None) -> np.ndarray:
     """The two-dimensional array of a .npy or .npz; nothing is unpickled."""
-    stored = np.load(path, allow_pickle=False)
+    try:
+        stored = np.load(path, allow_pickle=False)
+    except (OSError, EOFError, ValueError, BadZipFile) as error:
+        raise ValueError(f"{path} cannot be read as {Path(path).suffix}: {error}") from error
     if isinstance(stored, np.ndarray):
         return _checked(stored, path)
     with stored:
@@ -90,7 +95,24 @@ def _checked(values: np.ndarray, path: str) -> np.ndarray:
 
 def _read_png(path: str) -> np.ndarray:
     """Grey values of a 16-bit (or 8-bit) PNG [rows, cols], first row north."""
-    image = require("PIL.Image", "pillow").open(path)
+    image = _open_png(path)
     if not image.mode.startswith("I") and image.mode != "L":
         raise ValueError(f"{path} is an image of mode {image.mode}; allowed: one grey channel of 16 bits")
     return np.asarray(image)
+
+
+def _open_png(path: str) -> Any:
+    """A pillow image whose pixels could all be read."""
+    pillow = require("PIL.Image", "pillow")
+    try:
+        with pillow.open(path, formats=("PNG",)) as image:
+            image.load()
+    except (OSError, ValueError, SyntaxError, EOFError, struct.error, pillow.DecompressionBombError) as error:
+        raise ValueError(f"{path} cannot be read as .png: {error}") from error
+    return image
+
+
+def _over_black(image: Any) -> Any:
+    """The brightness of a pillow image laid over black, 8 bits."""
+    pillow = require("PIL.Image", "pillow")
+    return pillow.alpha_composite(pillow.new("RGBA", image.size, "black"), image.convert("RGBA")).convert("L")

@@ -24,5 +24,5 @@ def require(module: str, package: str):
     except ImportError as error:
         raise ImportError(
             f"{package} is needed to read this file and is not installed; "
-            f'install it with: pip install "dirt-push[files]" (or: pip install {package})'
+            f'install it with: pip install ".[files]" in the checkout (or: pip install {package})'
         ) from error

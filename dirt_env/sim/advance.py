@@ -25,10 +25,18 @@ def stand(height, cell, pose, blade, machine):
 
 
 @kernel
+def measure_load(height, solid, pose, cell, soil, blade):
+    """Write the soil ahead of the blade [m3] into the machine's record."""
+    plane = pose.z + pose.pitch * blade.reach
+    pose.load, _ = load_ahead(height, solid, blade_line(pose, blade), cell, soil.slope, plane, 1)
+
+
+@kernel
 def move_soil(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals):
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
-    `totals` f8[4] adds up what was moved, lost and stuck [m of one cell] and the sweeps.
+    `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps.
+    Returns whether the blade touches soil.
     """
     a0, a1, a2, a3 = box_around(old, cell)
     b0, b1, b2, b3 = box_around(new, cell)
@@ -47,6 +55,7 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     )
     totals[1] += lost
     totals[3] += sweeps
+    return touches
 
 
 @kernel
@@ -61,7 +70,6 @@ def step(
     period = dt / pieces
     totals = np.zeros(4)
     distance = turned = held = work = 0.0
-    load = pose.load
     for _ in range(pieces):
         old = blade_line(pose, blade)
         forward, turn = command.speed * period, command.yaw_rate * period
@@ -73,13 +81,15 @@ def step(
         pose.edge += min(max(command.edge - pose.edge, -largest), largest)
         stand(height, cell, pose, blade, machine)
         new = blade_line(pose, blade)
-        move_soil(
+        touches = move_soil(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
         )
-    line = blade_line(pose, blade)
-    plane = pose.z + pose.pitch * blade.reach
-    pose.load = load_ahead(height, solid, line, cell, soil.slope, plane)
-    work = push_work(0.5 * (load + pose.load), soil.density, soil.friction, distance)
+        if touches and went != 0.0:
+            plane = pose.z + pose.pitch * blade.reach
+            load, pushed = load_ahead(height, solid, new, cell, soil.slope, plane, 1 if went > 0 else -1)
+            if pushed:
+                work += push_work(load, soil.density, soil.friction, went)
+    measure_load(height, solid, pose, cell, soil, blade)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
     tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2
@@ -110,8 +120,7 @@ def set_down(
     pose.x, pose.y, pose.heading, pose.edge = x, y, wrap(heading), machine.lift
     pose.speed = pose.yaw_rate = 0.0
     stand(world.height, grid.cell, pose, blade, machine)
-    line = blade_line(pose, blade)
-    pose.load = load_ahead(world.height, world.solid, line, grid.cell, soil.slope, pose.z + pose.pitch * blade.reach)
+    measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
 
 
 def place(

@@ -8,6 +8,7 @@ from dirt_env.sim.laws import quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_X, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
+EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
 
 
 class Line(NamedTuple):
@@ -104,14 +105,17 @@ def blocked_links(line, cell, window, stride, buffers, links, levels):
 
 
 @kernel
-def front_share(height, solid, outside, line, cell, side, r, c):
-    """1 if cell (r, c) can take soil on that `side` of the blade (1 ahead, -1 behind), else 0."""
+def front_share(height, solid, outside, line, cell, side, r, c, highest_allowed):
+    """1 if cell (r, c) can take soil on that `side` of the blade (1 ahead, -1 behind), else 0.
+
+    One that is higher than `highest_allowed` [m] cannot: volumes would no longer be exact.
+    """
     rows, cols = height.shape
     beyond = r < 0 or c < 0 or r >= rows or c >= cols
     if beyond:
         if outside is None:
             return 0.0
-    elif solid is not None and solid[r, c]:
+    elif height[r, c] > highest_allowed or (solid is not None and solid[r, c]):
         return 0.0
     ahead, _ = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
     return 1.0 if (ahead > 0) == (side > 0) else 0.0
@@ -129,10 +133,11 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
     column, row = int(x // 1), int(y // 1)
     fx, fy = x - column, y - row
     total = 0.0
+    room = EXACT * lock - amount
     for i in range(2):
         for j in range(2):
             weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
-            total += weight * front_share(height, solid, outside, line, cell, side, row + i, column + j)
+            total += weight * front_share(height, solid, outside, line, cell, side, row + i, column + j, room)
     if total < 1e-6:
         return real(-1.0)
     left_over = amount
@@ -141,7 +146,7 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
     for i in range(2):
         for j in range(2):
             weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
-            weight *= front_share(height, solid, outside, line, cell, side, row + i, column + j)
+            weight *= front_share(height, solid, outside, line, cell, side, row + i, column + j, room)
             if weight <= 0.0:
                 continue
             left_weight -= weight
@@ -178,7 +183,7 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
                 continue
             edge = new.edge + new.roll * u
             amount = quantise(real(min(float(height[r, c]), edge + new.height) - edge), lock)
-            if amount <= 0:
+            if amount <= 0 or edge < -EXACT * lock:
                 continue
             side = 1 if ahead_0 > 0 else -1
             gone = deposit(height, solid, outside, new, cell, lock, side, r, c, amount)
@@ -202,19 +207,25 @@ def highest(height, box):
 
 
 @kernel
-def load_ahead(height, solid, line, cell, slope, plane):
-    """Soil ahead of the blade [m3]: what stands above the edge and the `plane` of the tracks, as far as a heap as high
-    as the blade would reach at repose, within the blade's width.
+def load_ahead(height, solid, line, cell, slope, plane, side):
+    """(soil [m3] on one `side` of the blade, 1 ahead or -1 behind; whether it reaches up to the blade).
+
+    It is what stands above the edge and the `plane` of the tracks, within the blade's width and as far as a heap as
+    high as the blade would reach at repose.
     """
     rows, cols = height.shape
     far = line.height / max(slope, 0.2)
     base = max(line.edge, plane)
     reach = max(far, line.half) + cell
     total = 0.0
+    touching = False
     for r in range(max(int((line.y - reach) // cell), 0), min(int((line.y + reach) // cell) + 1, rows)):
         for c in range(max(int((line.x - reach) // cell), 0), min(int((line.x + reach) // cell) + 1, cols)):
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+            ahead *= side
             if ahead <= 0 or ahead > far or abs(left) > line.half or (solid is not None and solid[r, c]):
                 continue
-            total += max(float(height[r, c]) - base, 0.0)
-    return total * cell * cell
+            stands = max(float(height[r, c]) - base, 0.0)
+            total += stands
+            touching = touching or (stands > 0 and ahead <= cell)
+    return total * cell * cell, touching

@@ -94,12 +94,13 @@ def is_free(solid, outside, rows, cols, cell, x, y, heading, blade, machine):
         return False
     ax, ay = cos(heading), sin(heading)
     long, wide, tip = 0.5 * machine.length, 0.5 * machine.width, 0.5 * blade.width
-    # Blade, left track, right track, tail, middle: each from (s0, u0) to (s1, u1), ahead and left of the pivot. The
-    # corners of the first three are all that a straight wall can touch.
-    for part in range(3 if solid is None else 5):
-        s0, s1 = (blade.reach, blade.reach) if part == 0 else (-long, -long if part == 3 else long)
-        u0 = tip if part == 0 else (wide if part == 1 or part == 3 else (-wide if part == 2 else 0.0))
-        u1 = -u0 if part == 0 or part == 3 else u0
+    # The blade, then lanes along the machine, each from (s0, u0) to (s1, u1), ahead and left of the pivot: all that a
+    # straight wall can touch are the outer two, and between lanes half a cell apart no solid cell has room.
+    lanes = 2 if solid is None else int(machine.width / (0.5 * cell)) + 2
+    for part in range(lanes + 1):
+        s0, s1 = (blade.reach, blade.reach) if part == 0 else (-long, long)
+        u0 = tip if part == 0 else wide * (2.0 * (part - 1) / (lanes - 1) - 1.0)
+        u1 = -tip if part == 0 else u0
         if not segment_is_free(
             solid, outside, rows, cols, cell,
             x + s0 * ax - u0 * ay, y + s0 * ay + u0 * ax, x + s1 * ax - u1 * ay, y + s1 * ay + u1 * ax,

@@ -26,6 +26,10 @@ TALLY = np.dtype(
     )
 )
 
+GROWTH, GROWTH_CELLS = (
+    8.0,
+    2000.0,
+)  # m, and cells: as far as ground may pile up or be dug with exact volume, and four times
 MANTISSA = 24  # bits of a float32 significand: heights are multiples of a quantum below 2**24 of them
 BUFFERS = 9  # rows of the packed window, named in `window`
 WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold nothing between two steps
@@ -59,8 +63,8 @@ def quantum_for(cell: float, relief: float) -> float:
     Raises ValueError where that is so coarse (cell / 1024) that slopes would no longer be true.
     """
     fine = 2.0 ** (floor(log2(cell)) - 17)
-    needed = 2.0 ** (ceil(log2(relief)) - MANTISSA + 2) if relief > 0 else 0.0
-    quantum = max(fine, needed)
+    reach = max(relief, min(relief + GROWTH, GROWTH_CELLS * cell))
+    quantum = max(fine, 2.0 ** (ceil(log2(reach)) - MANTISSA + 2))
     if quantum > cell / 1024:
         raise ValueError(
             f"ground heights reach {relief:g} m from the datum; "

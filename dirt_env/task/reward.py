@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
+from dirt_env.sim.laws import GRAVITY
 from dirt_env.sim.params import Soil
 from dirt_env.task.goal import Remaining
 
 TERMS = ("work", "energy", "time", "spill", "success")
-GRAVITY = 9.81  # m/s2
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class Scale:
 def scale_of(start: Remaining, soil: Soil, volume: float, period: float, time: float) -> Scale:
     """Scales of an episode that starts with `start`, has `volume` m3 to move and control steps of `period` s."""
     potential = max(start.potential, 1e-9)
-    return Scale(potential, soil.density * GRAVITY * soil.friction * potential, time / period, max(volume, 1e-9))
+    energy = max(soil.density * GRAVITY * soil.friction * potential, 1e-9)  # without friction nothing takes work
+    return Scale(potential, energy, time / period, max(volume, 1e-9))
 
 
 def reward_terms(

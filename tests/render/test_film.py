@@ -59,7 +59,7 @@ def test_without_pillow_the_error_says_what_to_install(site, make_pose, tmp_path
         return real(name, *args, **options)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(ImportError, match=r'pip install "dirt-push\[render\]"'):
+    with pytest.raises(ImportError, match=r'pip install "\.\[render\]" in the checkout'):
         record(site, make_pose, 2).write_gif(tmp_path / "film.gif")
     assert not (tmp_path / "film.gif").exists()
 

@@ -144,6 +144,31 @@ def test_recording_is_small(site, make_pose):
     assert len(recorder.tracks[0].heights()) < 300 * site.height.size / 4
 
 
+def test_keep_forgets_the_later_episodes_and_no_moment_of_the_others(site, make_pose, tmp_path):
+    recorder, _ = record(site, make_pose, frames=12, every=5)
+    recorder.begin("second", start=site.start, goal=site.goal, target=site.target)
+    for step in range(3):
+        recorder.add(site.height, make_pose(), 0.5 * step, {})
+    recorder.keep(1)
+    recorder.write_html(tmp_path / "replay.html")
+    episodes = payload((tmp_path / "replay.html").read_text("utf-8"))["episodes"]
+    assert [(episode["label"], episode["frames"]) for episode in episodes] == [("first", 4)]
+
+
+def test_keeping_all_keeps_the_last_moment(site, make_pose):
+    recorder, _ = record(site, make_pose, frames=12, every=5)
+    recorder.keep(1)
+    recorder.begin("second", start=site.start, goal=site.goal, target=site.target)
+    assert len(recorder.tracks[0]) == 4
+
+
+def test_a_title_that_is_no_unicode_is_written(site, make_pose, tmp_path):
+    recorder, _ = record(site, make_pose)
+    recorder.title = "gr\udcfcn"
+    recorder.write_html(tmp_path / "replay.html")
+    assert payload((tmp_path / "replay.html").read_text("utf-8"))["title"] == "gr?n"
+
+
 def test_misuse_is_named(site, make_pose, tmp_path):
     with pytest.raises(ValueError, match="every is 0; allowed: >= 1"):
         Recorder("", "", 0.5, site.blade, site.machine, every=0)

@@ -53,7 +53,7 @@ def test_close_before_anything_was_shown(pygame):
 
 def test_without_pygame_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(ImportError, match=r'pip install "dirt-push\[render\]"'):
+    with pytest.raises(ImportError, match=r'pip install "\.\[render\]" in the checkout'):
         Window("test")
 
 

@@ -9,7 +9,7 @@ from PIL import Image
 from rasterio.transform import Affine
 
 from dirt_env.scene import files
-from dirt_env.scene.files import Reading, read_raster
+from dirt_env.scene.files import Reading, read_mask, read_raster
 
 NORTH_UP = np.array([[5.0, 6.0, 7.0], [1.0, 2.0, 3.0]])  # first row north
 SOUTH_UP = NORTH_UP[::-1]
@@ -113,12 +113,28 @@ def test_bands(tmp_path):
         ("cellsize 0", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"cellsize 0; allowed: > 0 m"),
         ("cellsize 2", "xllcorner 0\nyllcorner 0", "5 6 7 1 2", r"has 5 heights; its header says 2 x 3 = 6"),
         ("cellsize 2", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 x", r"no number"),
+        ("cellsize inf", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"cellsize inf; allowed: > 0 m"),
         ("", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"no cellsize"),
+        ("dx 2", "xllcorner 0\nyllcorner 0", "5 6 7 1 2 3", r"no cellsize"),
     ],
 )
 def test_faulty_ascii_grids_are_refused(tmp_path, header, corner, body, said):
     with pytest.raises(ValueError, match=said):
         read_raster(write_asc(tmp_path / "a.asc", header, body, corner), Reading())
+
+
+@pytest.mark.parametrize("number", ["1e400", "0", "64.5", "-3", "nan"])
+def test_sizes_of_ascii_grids_are_whole_and_positive(tmp_path, number):
+    for name, other in (("ncols", "nrows 2"), ("nrows", "ncols 3")):
+        (tmp_path / "a.asc").write_text(f"{name} {number}\n{other}\ncellsize 2\n5 6 7 1 2 3")
+        with pytest.raises(ValueError, match=rf"a.asc has {name} {float(number):g}; allowed: whole numbers >= 1"):
+            read_raster(str(tmp_path / "a.asc"), Reading())
+
+
+def test_an_ascii_grid_with_a_byte_order_mark_is_read(tmp_path):
+    path = write_asc(tmp_path / "a.asc")
+    (tmp_path / "a.asc").write_bytes(b"\xef\xbb\xbf" + (tmp_path / "a.asc").read_bytes())
+    np.testing.assert_array_equal(read_raster(path, Reading()).height, SOUTH_UP)
 
 
 def test_faulty_arrays_are_refused(tmp_path):
@@ -144,6 +160,52 @@ def test_faulty_arrays_are_refused(tmp_path):
         read_raster(str(tmp_path / "two.npz"), Reading(array="c"))
 
 
+@pytest.mark.parametrize("kept", [0, 20, 60, 2000])
+def test_broken_pictures_and_masks_are_refused_by_name(tmp_path, kept):
+    noise = np.random.default_rng(0).integers(0, 255, (200, 200)).astype(np.uint8)
+    Image.fromarray(noise).save(tmp_path / "a.png")
+    np.save(tmp_path / "a.npy", noise)
+    for name in ("a.png", "a.npy"):
+        (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:kept])
+        for read in (lambda path: read_raster(path, Reading()), read_mask):
+            with pytest.raises(ValueError, match=rf"{name} cannot be read as .{name[2:]}"):
+                read(str(tmp_path / name))
+
+
+INSIDE = np.array([[True, False, False], [True, True, False]])  # first row north
+
+
+@pytest.mark.parametrize(("kind", "bright"), [("u1", 1), ("u1", 255), ("u2", 1), ("u2", 255), ("u2", 65535)])
+def test_inside_a_mask_is_what_is_half_as_bright_as_its_brightest_pixel(tmp_path, kind, bright):
+    Image.fromarray((INSIDE * bright).astype(kind)).save(tmp_path / "a.png")
+    np.testing.assert_array_equal(read_mask(str(tmp_path / "a.png")), INSIDE[::-1])
+
+
+def test_a_mask_at_half_and_just_below(tmp_path):
+    Image.fromarray(np.array([[200, 100, 99, 0]], np.uint8)).save(tmp_path / "a.png")
+    assert read_mask(str(tmp_path / "a.png")).tolist() == [[True, True, False, False]]
+
+
+def test_a_dark_mask_has_nothing_inside(tmp_path):
+    for kind in ("u1", "u2"):
+        Image.fromarray(np.zeros((2, 3), kind)).save(tmp_path / "a.png")
+        assert not read_mask(str(tmp_path / "a.png")).any()
+
+
+@pytest.mark.parametrize("mode", ["1", "RGB", "RGBA", "P"])
+def test_masks_in_other_modes(tmp_path, mode):
+    Image.fromarray((INSIDE * 255).astype(np.uint8)).convert(mode).save(tmp_path / "a.png")
+    np.testing.assert_array_equal(read_mask(str(tmp_path / "a.png")), INSIDE[::-1])
+
+
+@pytest.mark.parametrize("mode", ["RGBA", "LA"])
+def test_what_is_transparent_in_a_mask_is_dark(tmp_path, mode):
+    white = Image.new(mode, (3, 2), "white")
+    white.putalpha(Image.fromarray((INSIDE * 255).astype(np.uint8)))
+    white.save(tmp_path / "a.png")
+    np.testing.assert_array_equal(read_mask(str(tmp_path / "a.png")), INSIDE[::-1])
+
+
 def test_first_row_of_a_georeferenced_file_is_not_up_to_the_scene(tmp_path):
     with pytest.raises(ValueError, match=r"ground.first_row is 'south'; a.asc says itself"):
         read_raster(write_asc(tmp_path / "a.asc"), Reading(first_row="south"))
@@ -152,7 +214,7 @@ def test_first_row_of_a_georeferenced_file_is_not_up_to_the_scene(tmp_path):
 def test_a_missing_package_is_named_with_its_command(tmp_path, monkeypatch):
     path = write_tif(tmp_path / "a.tif")
     monkeypatch.setitem(sys.modules, "rasterio", None)
-    with pytest.raises(ImportError, match=r'pip install "dirt-push\[files\]"'):
+    with pytest.raises(ImportError, match=r'pip install "\.\[files\]" in the checkout'):
         read_raster(path, Reading())
 
 

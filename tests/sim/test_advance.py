@@ -116,3 +116,50 @@ def test_substeps_follow_the_faster_end_of_the_blade():
     assert substeps(2.0, 0.0, 0.5, 0.5, BLADE) == 4
     assert substeps(-2.0, 0.0, 0.5, 0.25, BLADE) == 8
     assert substeps(0.0, pi, 1.0, 0.5, BLADE) == 27
+
+
+@pytest.mark.parametrize("dt", [0.1, 2.0])
+def test_the_work_does_not_depend_on_the_control_period(dt):
+    ground = np.zeros((40, 80))
+    ground[15:25, 20:24] = 0.5
+    work = {}
+    for period in (0.5, dt):
+        world, grid = world_with_machine(ground, 5.0, 10.0, 0.0)
+        go(world, grid, edge=0.0, dt=4.0)
+        total = 0.0
+        for _ in range(round(12.0 / period)):
+            go(world, grid, speed=1.0, edge=0.0, dt=period)
+            total += world.tally[0].work
+        work[period] = total
+    assert work[0.5] > 1e4
+    assert work[dt] == pytest.approx(work[0.5], rel=0.1)
+
+
+def test_no_work_is_done_on_soil_that_is_not_reached_and_some_on_soil_that_is_pulled():
+    ground = np.zeros((40, 80))
+    ground[15:25, 26:30] = 0.5
+    world, grid = world_with_machine(ground, 10.2, 10.0, 0.0)
+    go(world, grid, edge=0.0, dt=4.0)
+    pose = go(world, grid, speed=0.5, edge=0.0)
+    assert pose.load > 0.05
+    assert world.tally[0].work == 0
+    world, grid = world_with_machine(np.zeros((40, 80)), 30.0, 10.0, 0.0)
+    go(world, grid, edge=-0.1, dt=4.0)
+    go(world, grid, speed=-1.0, edge=-0.1, steps=3)
+    assert world.tally[0].cut > 0
+    assert world.tally[0].work > 0
+
+
+def test_the_volume_stays_exact_where_the_ground_reaches_the_end_of_its_range():
+    soil = SOIL._replace(slope=60.0)
+    world, grid = world_of(np.zeros((40, 60)), cell=0.05)
+    blade, machine = Blade(width=0.6, height=0.3, reach=0.3), Machine(length=0.4, width=0.4, speed=0.3, cut=0.25)
+    settle(world, grid, soil)
+    place(world, grid, soil, blade, machine, 1.5, 1.0, 0.0)
+    world.height[18:22, 36:40] = 0.99 * 2**24 * world.quantum // world.quantum * world.quantum
+    before = volume(world.height, grid.cell)
+    rng = np.random.default_rng(0)
+    for speed, yaw_rate in rng.uniform((-0.3, -0.6), (0.3, 0.6), (400, 2)):
+        advance(world, grid, soil, blade, machine, Command(speed, yaw_rate, -0.25), 0.5)
+    assert volume(world.height, grid.cell) == before
+    assert np.abs(world.height).max() < 2**24 * world.quantum

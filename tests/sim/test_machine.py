@@ -85,6 +85,20 @@ def test_a_held_machine_still_turns_and_backs_out():
     assert drive(None, None, 40, 40, 0.5, pose[0], BLADE, MACHINE, -0.2, 0.1) == (-0.2, 0.1)
 
 
+@pytest.mark.parametrize("width", [0.6, 3.0])
+@pytest.mark.parametrize("cell", [0.25, 0.5])
+def test_no_solid_cell_has_room_inside_the_machine(width, cell):
+    n = int(20 / cell)
+    blade = BLADE._replace(width=width)
+    for row in range(int(8.8 / cell), int(11.2 / cell)):
+        for col in range(int(8.5 / cell), int(11.5 / cell)):
+            solid = np.zeros((n, n), bool)
+            solid[row, col] = True
+            x, y = (col + 0.5) * cell - 10.0, (row + 0.5) * cell - 10.0
+            inside = abs(x) < 0.5 * MACHINE.length and abs(y) < 0.5 * MACHINE.width
+            assert not (inside and is_free(solid, None, n, n, cell, 10.0, 10.0, 0.0, blade, MACHINE))
+
+
 def test_a_post_is_not_driven_over():
     solid = np.zeros((40, 40), bool)
     solid[20, 24] = True

@@ -1,0 +1,42 @@
+"""Rollouts: who is told what, and what is summed up."""
+
+import pytest
+
+from dirt_env.env import DirtPushEnv
+from dirt_env.rollout import mean, play
+
+HALF_A_JOB = {"is_success": False, "success": 0.0, "time_s": 10.0, "volume_moved_m3": 1.0}
+
+
+class Listener:
+    """Stands still and keeps the seeds that it is given."""
+
+    sees = "nothing"
+
+    def __init__(self):
+        """Nothing heard yet."""
+        self.seeds = []
+
+    def reset(self, seed=None):
+        self.seeds.append(seed)
+
+    def act(self, observation):
+        return [0.0, 0.0, 0.0]
+
+
+def test_the_policy_gets_the_seed_of_the_episode():
+    env, policy = DirtPushEnv(), Listener()
+    summaries = [play(env, policy, seed, 1) for seed in (7, 12)]
+    assert policy.seeds == [7, 12]
+    assert [summary["seed"] for summary in summaries] == [7, 12]
+
+
+def test_an_episode_says_whether_it_was_done():
+    summary = play(DirtPushEnv(), Listener(), 7, 1)
+    assert (summary["is_success"], summary["success"], summary["steps"]) == (False, 0.0, 1)
+
+
+def test_the_mean_has_the_share_that_was_done():
+    done = {**HALF_A_JOB, "is_success": True, "success": 1.0, "time_s": 30.0, "volume_moved_m3": 3.0}
+    figures = mean([{"seed": 1, **HALF_A_JOB}, {"seed": 2, **done}])
+    assert figures == {"success": 0.5, "time_s": 20.0, "volume_moved_m3": 2.0, "m3_per_h": pytest.approx(360.0)}
