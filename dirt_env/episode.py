@@ -6,13 +6,12 @@ import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.scene.layout import Layout
-from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.state import World, make_world
 from dirt_env.task.actions import decode
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
 from dirt_env.task.observation import HEIGHT_LIMIT
 from dirt_env.task.reward import reward_terms, scale_of
+from dirt_env.terrain import AnyWorld, Stepper, begin_world, world_of_tree
 
 
 def may_have_walls(config: SceneConfig) -> bool:
@@ -34,12 +33,12 @@ class Episode:
     """A world and its job, from the start to the end; `act` is one control step."""
 
     def __init__(
-        self, config: SceneConfig, layout: Layout, world: World, job: Job, start: Remaining, totals: Totals
+        self, config: SceneConfig, layout: Layout, world: AnyWorld, job: Job, start: Remaining, totals: Totals
     ) -> None:
         """Take up a world as it is; see `begin` for a new one and `from_tree` for a kept one."""
         self.layout, self.world, self.job, self.start, self.totals = layout, world, job, start, totals
         self._config = config
-        self._constants = config.grid, config.soil, config.blade, config.machine
+        self._advance = Stepper(config)
         self._gauge = Gauge(job, config.grid.cell)
         self.remaining = self._gauge.measure(world.height)
         self.finished = self._is_finished()
@@ -49,9 +48,7 @@ class Episode:
     def begin(cls, config: SceneConfig, layout: Layout) -> Self:
         """Start of an episode: ground settled, machine in its place. Raises ValueError where it cannot stand there."""
         grid, blade = config.grid, config.blade
-        world = make_world(layout.height, grid, layout.solid, config.site.border == "open")
-        settle(world, grid, config.soil)
-        place(world, grid, config.soil, blade, config.machine, *layout.pose)
+        world = begin_world(config, layout)
         if may_have_walls(config) and layout.solid is None:  # the channel has to be there all the same
             layout = layout._replace(solid=np.zeros(layout.goal.shape, bool))
         job = make_job(world.height, layout, grid.cell, blade.height, HEIGHT_LIMIT)
@@ -79,7 +76,7 @@ class Episode:
         """One control step; returns the reward's terms. Raises ValueError, and does nothing, if the action is bad."""
         world, period = self.world, self._config.task.period
         before, was_finished = self.remaining, self.finished
-        advance(world, *self._constants, decode(action, self._constants[3]), period)
+        self._advance(world, decode(action, self._config.machine), period)
         self.remaining = after = self._gauge.measure(world.height, world.changed)
         self.finished = finished = self._is_finished()
         world.changed[:] = 0
@@ -122,5 +119,5 @@ class Episode:
     def from_tree(cls, config: SceneConfig, tree: dict[str, Any]) -> Self:
         """The episode that `to_tree` described."""
         layout = Layout(**{**tree["layout"], "pose": tuple(tree["layout"]["pose"])})
-        parts = (kind(**tree[name]) for name, kind in (("world", World), ("job", Job)))
-        return cls(config, layout, *parts, Remaining(**tree["start"]), Totals(**tree["totals"]))
+        world, job = world_of_tree(config, tree["world"]), Job(**tree["job"])
+        return cls(config, layout, world, job, Remaining(**tree["start"]), Totals(**tree["totals"]))

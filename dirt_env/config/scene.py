@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
+from dirt_env.config.terrain import Terrain
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Ground, Start
 from dirt_env.scene.layout import Setting
@@ -22,6 +23,7 @@ class SceneConfig:
     description: str
     site: Site
     ground: Ground
+    terrain: Terrain
     soil: Soil
     blade: Blade
     machine: Machine
