@@ -31,14 +31,14 @@ demo: .venv-demo ## set up what it needs, then push the soil of a scene: picture
 
 .PHONY: test
 test: check ## set up what it needs, then lint, contracts and all tests (TESTS="tests/sim -k slump" for some)
-	@$(pytest) -n $(WORKERS) --dist loadgroup $(TESTS)
+	@$(pytest) -n $(WORKERS) $(TESTS)
 
 .PHONY: check
 check: lint contracts ## lint and contracts
 
 .PHONY: lint
 lint: .venv-test ## style: ruff
-	@.venv/test/bin/ruff check --quiet . && .venv/test/bin/ruff format --check --quiet .
+	@.venv/test/bin/ruff check . && .venv/test/bin/ruff format --check .
 
 .PHONY: format
 format: .venv-test ## put the style right where that can be done automatically

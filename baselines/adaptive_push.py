@@ -11,6 +11,7 @@ import numpy as np
 from dirt_env.config import SceneConfig
 from dirt_env.policy import Observation
 
+from .pushing.body import Body
 from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
 from .pushing.edge import edge_for
@@ -20,6 +21,7 @@ from .pushing.site import Site
 
 FORGIVEN = 3  # failures kept in mind
 NOTHING = 0.03  # loads; less ahead of the blade is nothing
+PATIENCE, HARDLY = 7, 0.3  # so many steps within so many m and rad are no progress
 NEAR = 1.5  # m from the blade to a way point that counts as reached
 
 
@@ -42,6 +44,7 @@ class AdaptivePush:
     def __init__(self, config: SceneConfig, parameters: Parameters | None = None) -> None:
         self.parameters = parameters or Parameters()
         self.site = Site(config)
+        self._body = Body(self.site)
         self._acts = {
             State.SELECT: self._select,
             State.NAVIGATE: self._navigate,
@@ -63,7 +66,7 @@ class AdaptivePush:
         self._peak = 0.0  # m3; largest load of this push
         self._start: Point = (0.0, 0.0)  # of the retreat
         self._before = 0.0  # loads times m; the potential when this push began
-        self._last: tuple[float, float, float] | None = None
+        self._trail: list[tuple[float, float, float]] = []  # x, y, heading of the last steps in this state
 
     def act(self, observation: Observation) -> np.ndarray:
         """Action (3,) for an observation with a map."""
@@ -73,12 +76,14 @@ class AdaptivePush:
             action = self._acts[self.state]()
         self._steps += 1
         steering, speed, edge = action
+        if self.state is not State.DONE:
+            steering, speed = self._body.allowed(steering, speed)
         machine = self.site.machine
         blade = edge / machine.lift if edge > 0.0 else edge / max(machine.cut, 1e-9)
         return np.clip(np.array([steering, speed, blade]), -1.0, 1.0).astype(np.float32)
 
     def _go(self, state: State) -> None:
-        self.state, self._steps, self._last = state, 0, None
+        self.state, self._steps, self._trail = state, 0, []
 
     @property
     def _seconds(self) -> float:
@@ -108,13 +113,15 @@ class AdaptivePush:
         return None
 
     def _way_to_start(self) -> list[Point]:
-        """Round obstacles and, where that is possible, round heaps."""
+        """Round heaps and with room to turn, if there is such a way; else closer to what is solid."""
         site, numbers = self.site, self.parameters
-        shut = site.gap < 0.5 * site.blade.width + numbers.clearance
-        heaps = shut | (site.excess > numbers.mound)
-        end = self.push.approach
-        points = way(heaps, site.grid.cell, self._here, end)
-        return points if len(points) > 1 or not site.solid.any() else way(shut, site.grid.cell, self._here, end)
+        narrow = site.gap < 0.5 * site.blade.width + numbers.clearance
+        wide = (site.gap < site.turning_room) | (site.excess > numbers.mound)
+        for shut in (wide, narrow):
+            points = way(shut, site.grid.cell, self._here, self.push.approach)
+            if points is not None:
+                return points
+        return [self.push.approach]
 
     def _navigate(self):
         """Drive to the start of the push with the blade up, forward or in reverse."""
@@ -140,7 +147,15 @@ class AdaptivePush:
         if ready or self._seconds > numbers.align_limit:
             self._peak, self._way, self._before = 0.0, list(self.push.way), self._potential()
             return self._go(State.PUSH)
+        if error >= numbers.align_tolerance and self._would_disturb():
+            edge = self._carry
         return turn_to(self.site, self.push.heading), 0.0, edge
+
+    def _would_disturb(self) -> bool:
+        """Whether a lowered blade that swings round here meets soil."""
+        site, (x, y), radius = self.site, self._here, self.site.turning_room
+        around = (site.x - x) ** 2 + (site.y - y) ** 2 < radius**2
+        return bool((np.maximum(site.excess, site.fill)[around] > self.parameters.min_height).any())
 
     def _potential(self) -> float:
         """Soil to move times its way to this push's aim, loads times m; what a push brings is its fall."""
@@ -167,6 +182,7 @@ class AdaptivePush:
         speed = 1.0 / (1.0 + numbers.slow_load * site.pose["load"] / site.rated)
         speed *= 1.0 - numbers.slow_edge * (1.0 - min(1.0, site.machine.edge_rate * site.period / max(needed, 1e-9)))
         speed = max(speed, numbers.min_speed)
+        speed = speed if site.goals else min(speed, numbers.grading_speed)
         return turn_to(site, course), speed, self._edge(speed * step)[0]
 
     def _edge(self, way: float) -> tuple[float, float]:
@@ -174,8 +190,7 @@ class AdaptivePush:
         site, numbers = self.site, self.parameters
         loads = site.pose["load"] / site.rated
         rise = self._layer + numbers.raise_gain * max(0.0, loads - numbers.full)
-        edge = edge_for(site, numbers, way, rise, self._found)
-        return edge, abs(edge - site.pose["edge"])
+        return edge_for(site, numbers, way, rise, self._found)
 
     def _lure(self, x: float, y: float) -> float:
         """Angle [rad] by which the aim shifts to the soil ahead that escapes to a side."""
@@ -213,9 +228,11 @@ class AdaptivePush:
         return lost and ahead < (1.0 - numbers.lost_share) * self._peak
 
     def _retreat(self):
-        """Lift and back up."""
+        """Lift and back up, the way it came, until there is room to turn."""
+        site, numbers = self.site, self.parameters
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
-        if gone >= self.parameters.retreat or self._is_stuck():
+        free = site.gap[site.cell_at(*self._here)] > site.turning_room
+        if gone >= numbers.retreat and free or self._seconds > numbers.retreat_limit or self._is_stuck():
             return self._go(State.SELECT)
         return 0.0, -1.0, self._carry
 
@@ -236,11 +253,12 @@ class AdaptivePush:
         return hypot(point[0] - self._here[0], point[1] - self._here[1]) < near
 
     def _is_stuck(self) -> bool:
-        """Whether the machine has not moved since the last step in this state."""
-        pose = self.site.pose["x"], self.site.pose["y"], self.site.pose["heading"]
-        stuck = self._last is not None and max(abs(a - b) for a, b in zip(pose, self._last, strict=True)) < 1e-4
-        self._last = pose
-        return stuck
+        """Whether the machine has hardly moved for some steps in this state."""
+        x, y, heading = self.site.pose["x"], self.site.pose["y"], self.site.pose["heading"]
+        self._trail = [*self._trail[1 - PATIENCE :], (x, y, heading)]
+        x0, y0, heading_0 = self._trail[0]
+        moved = hypot(x - x0, y - y0) + abs(wrap(heading - heading_0))
+        return len(self._trail) == PATIENCE and moved < HARDLY
 
 
 def make(config: SceneConfig) -> AdaptivePush:

@@ -41,7 +41,7 @@ class DirtPushEnv(gymnasium.Env):
 
     | channel | content | unit |
     |---|---|---|
-    | 0 | height over the ground under the machine, within 4 m | m |
+    | 0 | height over the ground under the machine, within `observation.height_limit` (4 m) | m |
     | 1 | what is to do: soil to take away (positive), soil missing (negative), 0 elsewhere | m |
     | 2 | 1 on obstacles and outside the site; only in scenes that can have obstacles | - |
 

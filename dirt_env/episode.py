@@ -9,15 +9,8 @@ from dirt_env.scene.layout import Layout
 from dirt_env.task.actions import decode
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
-from dirt_env.task.observation import HEIGHT_LIMIT
 from dirt_env.task.reward import reward_terms, scale_of
-from dirt_env.terrain import AnyWorld, Stepper, begin_world, world_of_tree
-
-
-def may_have_walls(config: SceneConfig) -> bool:
-    """Whether layouts of the scene can have obstacles or walled-off ground; the patch then has a channel more."""
-    drawn = config.layout is not None and config.layout.obstacles[1] > 0
-    return bool(config.obstacles) or drawn or getattr(config.ground, "nodata", None) == "wall"
+from dirt_env.terrain import AnyWorld, Stepper, begin_world, tree_of_world, world_of_tree
 
 
 class Totals(NamedTuple):
@@ -49,9 +42,10 @@ class Episode:
         """Start of an episode: ground settled, machine in its place. Raises ValueError where it cannot stand there."""
         grid, blade = config.grid, config.blade
         world = begin_world(config, layout)
-        if may_have_walls(config) and layout.solid is None:  # the channel has to be there all the same
+        if config.has_walls and layout.solid is None:  # the channel has to be there all the same
             layout = layout._replace(solid=np.zeros(layout.goal.shape, bool))
-        job = make_job(world.height, layout, grid.cell, blade.height, HEIGHT_LIMIT)
+        limit = config.observation.height_limit
+        job = make_job(world.height, layout, grid.cell, min(blade.height, limit), limit)
         start = Gauge(job, grid.cell).measure(world.height)
         world.changed[:] = 0
         return cls(config, layout, world, job, start, Totals())
@@ -109,7 +103,7 @@ class Episode:
         """Everything that the future depends on, for `dirt_env.snapshot`."""
         return {
             "layout": self.layout._asdict(),
-            "world": self.world._asdict(),
+            "world": tree_of_world(self.world),
             "job": self.job._asdict(),
             "start": self.start._asdict(),
             "totals": self.totals._asdict(),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dirt_env.config import SceneConfig
-from dirt_env.episode import Episode, may_have_walls
+from dirt_env.episode import Episode
 from dirt_env.task.observation import Sight, bounds, make_view, observe, pose_table
 
 
@@ -15,11 +15,11 @@ class Observer:
 
     def __init__(self, config: SceneConfig) -> None:
         wanted, grid = config.observation, config.grid
-        walls, height = may_have_walls(config), config.blade.height
+        limit, height = wanted.height_limit, config.blade.height
         self.table = pose_table(grid, config.blade, config.machine)
-        self.bounds = bounds(grid, self.table, wanted.size, walls, wanted.overview, wanted.map)
+        self.bounds = bounds(grid, self.table, wanted.size, limit, config.has_walls, wanted.overview, wanted.map)
         beyond = -height if config.site.border == "open" else height
-        self._view = make_view(self.table, grid, wanted.resolution, wanted.ahead, beyond)
+        self._view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond)
         self._shapes = {name: low.shape for name, (low, _) in self.bounds.items()}
         self._cell, self._time = grid.cell, config.task.time
 

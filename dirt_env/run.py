@@ -61,6 +61,7 @@ class Run:
     def play(self, episodes: int) -> None:
         """Play the episodes, on the layouts of `seed`, `seed` + 1, ..."""
         progress = Progress(episodes * self.steps)
+        progress.show(0, "starting; the first run compiles the kernels")
         try:
             for episode in range(episodes):
                 label = f"episode {episode + 1} of {episodes}"

@@ -8,8 +8,9 @@ from dirt_env.config.terrain import HeightField
 from dirt_env.scene.layout import Layout
 from dirt_env.sim.advance import advance, place, settle
 from dirt_env.sim.params import Command
-from dirt_env.sim.state import World, make_world
+from dirt_env.sim.state import WORK_SPACE, World, make_world, work_space
 from dirt_env.sim.voxel_advance import VoxelWorld, advance_voxels, make_voxel_world, settle_voxels
+from dirt_env.sim.voxel_state import VOXEL_WORK_SPACE, voxel_work_space
 
 AnyWorld = World | VoxelWorld
 
@@ -48,6 +49,13 @@ class Stepper:
         self._advance(world, *self._constants, command, seconds)
 
 
+def tree_of_world(world: AnyWorld) -> dict[str, Any]:
+    """Everything in a world that its future depends on, by name."""
+    return {name: part for name, part in world._asdict().items() if name not in (*WORK_SPACE, *VOXEL_WORK_SPACE)}
+
+
 def world_of_tree(config: SceneConfig, tree: Mapping[str, Any]) -> AnyWorld:
-    """The world whose fields `tree` has by name."""
-    return (World if isinstance(config.terrain, HeightField) else VoxelWorld)(**tree)
+    """The world that `tree_of_world` described."""
+    if isinstance(config.terrain, HeightField):
+        return World(**tree, **work_space(tree["height"]))
+    return VoxelWorld(**tree, **voxel_work_space(tree["fill"].shape))

@@ -381,3 +381,11 @@ def test_rendering_changes_nothing():
         env.reset(seed=0)
     seen.render()
     assert drive(seen, 10) == drive(unseen, 10)
+
+
+@pytest.mark.parametrize(("limit", "blade"), [(0.5, 1.0), (6.0, 1.0), (0.5, 3.0)])
+def test_heights_in_the_observation_end_at_the_limit_of_the_scene(limit, blade):
+    env = DirtPushEnv(observation={"height_limit": limit}, blade={"height": blade})
+    observation, _ = env.reset(seed=1)
+    assert env.observation_space["patch"].high.max() == limit
+    assert env.observation_space.contains(observation)

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PLACES = {"dirt_env": "dirt_env", "baselines": "dirt_env/baselines", "configs": "dirt_env/configs"}
 LITTER = ("__pycache__", "*.pyc", ".*")
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("packaging")]  # together, so that one worker builds
+pytestmark = pytest.mark.slow
 
 
 def run(*command: str | Path, cwd: Path) -> str:

@@ -1,5 +1,6 @@
 """SELECT: which soil to push next, from where, and whereto."""
 
+from itertools import pairwise
 from math import atan2, hypot
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from .site import Site
 
 MOST = 200  # cells looked at as the first of a push
 SLANTS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.2, -1.2, 1.5, -1.5)  # rad; off the straight line, where that is shut
+BEND = 0.3  # rad; more is a sharp bend
 FADING = 0.25  # least share of `min_height` that is looked for when nothing higher is left
 
 
@@ -65,7 +67,9 @@ def destinations(site: Site, numbers: Parameters) -> list[np.ndarray]:
     return places
 
 
-def candidates(site: Site, numbers: Parameters, places: list[np.ndarray], cells, failed: list[Point]) -> Candidates | None:
+def candidates(
+    site: Site, numbers: Parameters, places: list[np.ndarray], cells, failed: list[Point]
+) -> Candidates | None:
     """Every push that can be begun from one of the `cells` (rows, columns), or from some if there are many; or None."""
     shut = site.gap < 0.5 * site.blade.width + numbers.clearance
     walls = shut if site.solid.any() else None
@@ -94,7 +98,34 @@ def _aims(site: Site, numbers: Parameters, places: list[np.ndarray], first: np.n
             aim[mine] = spots[far.argmin(axis=1)]
             if site.goals:
                 aim[mine] += numbers.centre * (spots.mean(axis=0) - aim[mine])
+            else:
+                aim[mine] = _through(site, first[mine], spots, aim[mine])
     return aim
+
+
+def _through(site: Site, first: np.ndarray, spots: np.ndarray, nearest: np.ndarray) -> np.ndarray:
+    """Aims of pushes that level a design: the last of the `spots` [m, 2] that lack soil in the lane before each push,
+
+    which runs from where there is too much to where there is too little; or the `nearest` if there is none. Soil then
+    falls into the hollows on its way.
+    """
+    east, north = _balance(site)
+    along, across = spots @ (east, north), spots @ (-north, east)
+    ahead = along[None] - (first @ (east, north))[:, None]
+    aside = np.abs(across[None] - (first @ (-north, east))[:, None])
+    last = np.where((ahead > 0.0) & (aside <= 0.5 * site.blade.width), ahead, 0.0).max(axis=1)
+    return np.where(last[:, None] > 0.0, first + last[:, None] * (east, north), nearest)
+
+
+def _balance(site: Site) -> tuple[float, float]:
+    """Unit vector from the middle of the soil that is too much to the middle of that which is missing."""
+    middles = [
+        (float((soil * site.x).sum() / soil.sum()), float((soil * site.y).sum() / soil.sum()))
+        for soil in (site.excess, site.fill)
+    ]
+    (x0, y0), (x1, y1) = middles
+    length = max(hypot(x1 - x0, y1 - y0), 1e-9)
+    return (x1 - x0) / length, (y1 - y0) / length
 
 
 def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray):
@@ -108,7 +139,7 @@ def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndar
         at = first - numbers.back_off * unit
         fits = ((at >= radius) & (at <= size - radius)).all(axis=1) & ~good
         row, col = (np.clip(at[:, k] // site.grid.cell, 0, site.gap.shape[1 - k] - 1).astype(int) for k in (1, 0))
-        fits &= site.gap[row, col] >= radius
+        fits &= site.gap[row, col] >= site.turning_room
         approach[fits], ahead[fits] = at[fits], unit[fits]
         good |= fits
     return approach, ahead, good
@@ -124,11 +155,19 @@ def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
     i = int(worth.argmax())
     first, approach, aim = (tuple(map(float, part[i])) for part in (found.first, found.approach, found.aim))
     shut = site.gap < 0.5 * site.blade.width + numbers.clearance
-    points = way(shut, site.grid.cell, first, aim) if site.solid.any() else [aim]
+    points = (way(shut, site.grid.cell, first, aim) if site.solid.any() else None) or [aim]
+    points = points[: _bend(first, points)]
     heading = atan2(found.ahead[i, 1], found.ahead[i, 0])
     if len(points) > 1 and is_clear(shut, site.grid.cell, approach, points[0]):
         heading = atan2(points[0][1] - approach[1], points[0][0] - approach[0])
     return Push(first, approach, heading, points, float(volume[i]))
+
+
+def _bend(first: Point, points: list[Point]) -> int:
+    """How many of the way points come before the first sharp bend, it included: soil is pushed round that in two goes."""
+    course = [atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise([first, *points])]
+    turns = [abs(_wrap(b - a)) > BEND for a, b in pairwise(course)]
+    return turns.index(True) + 1 if True in turns else len(points)
 
 
 def swept(site: Site, found: Candidates) -> tuple[np.ndarray, np.ndarray]:

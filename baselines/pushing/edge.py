@@ -8,69 +8,103 @@ import numpy as np
 from .parameters import Parameters
 from .site import Site
 
-STATIONS = 5  # along the tracks; three across
+STATIONS = 5  # of the ground along the tracks; three across
+LOOKS = 4  # places of a step's way at which the edge is foreseen
 LEAST = 0.25  # m; how much of the way ahead is looked at in any case
+TRIES = np.linspace(-1.0, 1.0, 17)  # heights that are tried, from as far down to as far up as the edge gets in a step
 
 
 class Strip(NamedTuple):
-    """What the blade crosses next: cells (rows, cols), metres left of its middle, and their target heights [m]."""
+    """What the blade crosses next: cells (rows, cols), metres ahead and left of its middle."""
 
     rows: np.ndarray
     cols: np.ndarray
+    ahead: np.ndarray
     left: np.ndarray
-    target: np.ndarray
 
 
 def strip_ahead(site: Site, way: float) -> Strip:
     """Cells that the blade crosses on its next `way` metres straight on."""
-    cell, blade, pose = site.grid.cell, site.blade, site.pose
-    reach = max(way, LEAST)
+    blade, pose = site.blade, site.pose
     east, north = cos(pose["heading"]), sin(pose["heading"])
     x, y = site.blade_at()
-    span = reach + 0.5 * blade.width
+    span = way + 0.5 * blade.width
     r0, c0 = site.cell_at(x - span, y - span)
     r1, c1 = site.cell_at(x + span, y + span)
     window = slice(r0, r1 + 1), slice(c0, c1 + 1)
     dx, dy = site.x[window] - x, site.y[window] - y
     ahead, left = dx * east + dy * north, dy * east - dx * north
-    rows, cols = np.nonzero((ahead > -0.5 * cell) & (ahead <= reach) & (np.abs(left) <= 0.5 * blade.width))
-    left = left[rows, cols]
-    rows, cols = rows + r0, cols + c0
-    return Strip(rows, cols, left, site.target[rows, cols])
+    rows, cols = np.nonzero((ahead > 0.0) & (ahead <= way) & (np.abs(left) <= 0.5 * blade.width))
+    return Strip(rows + r0, cols + c0, ahead[rows, cols], left[rows, cols])
 
 
-def edge_for(site: Site, numbers: Parameters, way: float, rise: float, before: np.ndarray) -> float:
-    """Height over the tracks [m] that puts the edge over the target of the strip ahead after a share of `way` m.
+def edge_for(site: Site, numbers: Parameters, way: float, rise: float, before: np.ndarray) -> tuple[float, float]:
+    """Height over the tracks [m] to ask for in a step of `way` m, and how far from it the edge is then [m].
 
-    It goes `rise` m over the target, but not over the soil to move that was there `before` (m, [row, col]).
+    The edge is to go along the target, `rise` m over it, but not over the soil to move that was there `before`
+    (m, [row, col]).
     """
-    strip = strip_ahead(site, way)
+    way = max(way, LEAST)
+    strip = strip_ahead(site, max(way, site.grid.cell))
     if not len(strip.rows):
-        return site.pose["edge"]
-    level = float(np.quantile(strip.target, numbers.bite)) + numbers.grade
-    level += min(rise, float(before[strip.rows, strip.cols].max()))
-    z, pitch, roll = _plane(site, strip, level, numbers.look * way)
-    return level - roll * float(strip.left.mean()) - z - pitch * site.blade.reach
+        return site.pose["edge"], 0.0
+    wanted = _levels(site, numbers, strip, way, rise, before)
+    planes = _planes(site, strip, wanted, way)
+    held = planes[:, 0] + planes[:, 1] * site.blade.reach + planes[:, 2] * float(strip.left.mean())
+    edge, most = site.pose["edge"], site.machine.edge_rate * site.period
+    asked = np.clip(edge + most * TRIES, -site.machine.cut, site.machine.lift)
+    reached = edge + np.clip(asked[:, None] - edge, *(sign * most * np.arange(1, LOOKS + 1) / LOOKS for sign in (-1, 1)))
+    off = held[None] + reached - wanted[None]
+    best = int((off**2).sum(axis=1).argmin())
+    return float(asked[best]), float(np.abs(wanted - held - edge).max())
 
 
-def _plane(site: Site, strip: Strip, level: float, way: float) -> tuple[float, float, float]:
-    """Height [m] and slopes of the ground under the tracks `way` m on, where the blade has cut the strip to `level`."""
+def _levels(site: Site, numbers: Parameters, strip: Strip, way: float, rise: float, before: np.ndarray) -> np.ndarray:
+    """Height of the edge over the datum that is wanted at each look [LOOKS] m: between the targets' mean and lowest."""
+    target = site.target[strip.rows, strip.cols]
+    look = np.minimum((strip.ahead / way * LOOKS).astype(int), LOOKS - 1)
+    count = np.bincount(look, minlength=LOOKS)
+    mean = np.bincount(look, target, LOOKS) / np.maximum(count, 1)
+    lowest = np.full(LOOKS, np.inf)
+    np.minimum.at(lowest, look, target)
+    bare = count == 0
+    mean[bare], lowest[bare] = target.mean(), target.min()
+    rise = min(rise, float(before[strip.rows, strip.cols].max()))
+    return mean - numbers.shave * (mean - lowest) + numbers.grade + rise
+
+
+def _planes(site: Site, strip: Strip, wanted: np.ndarray, way: float) -> np.ndarray:
+    """(z, pitch, roll) of the ground under the tracks at each look, [LOOKS, 3], if the blade cuts to what is `wanted`.
+
+    """
+    share = np.concatenate([[0.0], np.arange(1, LOOKS + 1) / LOOKS])
+    now = _fit(site, site.height, np.zeros(1))[0]
+    edge = now[0] + now[1] * site.blade.reach + site.pose["edge"]
+    cut = np.interp(strip.ahead / way, share, np.concatenate([[edge], wanted]))
     ground = site.height.copy()
-    ground[strip.rows, strip.cols] = np.minimum(ground[strip.rows, strip.cols], level)
+    ground[strip.rows, strip.cols] = np.minimum(ground[strip.rows, strip.cols], cut)
+    return _fit(site, ground, way * share[1:])
+
+
+def _fit(site: Site, ground: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """(z, pitch, roll) of the plane through `ground` [row, col] under the tracks when they are `ways` [n] m on, [n, 3].
+
+    What lies ahead of the blade does not bear them: the foremost stations look a little further back.
+    """
     pose, machine = site.pose, site.machine
     east, north = cos(pose["heading"]), sin(pose["heading"])
-    s, u = (part.ravel() for part in np.meshgrid(
-        machine.length * np.linspace(-0.5, 0.5, STATIONS), machine.width * np.linspace(-0.5, 0.5, 3)
-    ))  # fmt: skip
-    x, y = pose["x"] + (s + way) * east - u * north, pose["y"] + (s + way) * north + u * east
-    h = _bilinear(ground, x / site.grid.cell - 0.5, y / site.grid.cell - 0.5)
-    return float(h.mean()), float((s * h).sum() / (s * s).sum()), float((u * h).sum() / (u * u).sum())
+    s = np.repeat(machine.length * np.linspace(-0.5, 0.5, STATIONS), 3)
+    u = np.tile(machine.width * np.linspace(-0.5, 0.5, 3), STATIONS)
+    along = np.minimum(s, site.blade.reach - site.grid.cell)[None] + ways[:, None]
+    h = _bilinear(site, ground, pose["x"] + along * east - u * north, pose["y"] + along * north + u * east)
+    return np.stack([h.mean(axis=1), h @ s / (s**2).sum(), h @ u / (u**2).sum()], axis=1)
 
 
-def _bilinear(ground: np.ndarray, column: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Heights between cell centres."""
+def _bilinear(site: Site, ground: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Heights of `ground` [row, col] at points [m], between cell centres."""
     rows, cols = ground.shape
-    column, row = np.clip(column, 0.0, cols - 1.001), np.clip(row, 0.0, rows - 1.001)
+    column = np.clip(x / site.grid.cell - 0.5, 0.0, cols - 1.001)
+    row = np.clip(y / site.grid.cell - 0.5, 0.0, rows - 1.001)
     c, r = column.astype(int), row.astype(int)
     fx, fy = column - c, row - r
     south = (1 - fx) * ground[r, c] + fx * ground[r, c + 1]

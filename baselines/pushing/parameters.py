@@ -15,10 +15,14 @@ class Parameters:
 
     # SELECT
     min_height: float = _number(0.06, 0.01, 0.3)  # soil lower than this above the target is left where it is
-    tail: float = _number(0.2, -1.0, 1.0)  # worth of a push for every metre that its first soil lies from the goal, loads
+    tail: float = _number(
+        0.2, -1.0, 1.0
+    )  # worth of a push for every metre that its first soil lies from the goal, loads
     overload: float = _number(0.0, 0.0, 2.0)  # what a load more than one on the push's way takes from its worth
     perch: float = _number(0.5, 0.0, 2.0)  # what a load under and behind the machine at its start takes from its worth
-    least_gain: float = _number(0.5, 0.0, 5.0)  # a push that brought less, loads times m, is not begun again for a while
+    least_gain: float = _number(
+        0.5, 0.0, 5.0
+    )  # a push that brought less, loads times m, is not begun again for a while
     travel: float = _number(0.02, 0.0, 0.2)  # what a second on the way to the push takes from its worth, loads
     inset: float = _number(2.0, 0.0, 4.0)  # how far inside the goal a push is aimed
     centre: float = _number(0.3, 0.0, 1.0)  # 0 aims at the goal's nearest point, 1 at its centre
@@ -36,14 +40,14 @@ class Parameters:
 
     # PUSH
     grade: float = _number(0.0, -0.1, 0.1)  # height of the edge over the target surface
-    bite: float = _number(0.5, 0.0, 1.0)  # share of the cells ahead that the edge may be above, by their target
+    shave: float = _number(0.4, 0.0, 1.0)  # 0 holds the edge at the mean of the targets ahead, 1 at the lowest
     layer: float = _number(4.0, 0.5, 20.0)  # where more lies on the way, loads, the push takes as much off its top
-    look: float = _number(0.7, 0.0, 1.0)  # share of a step's way ahead at which the ground under the tracks is foreseen
     full: float = _number(1.0, 0.3, 3.0)  # load from which the blade is raised
     raise_gain: float = _number(0.1, 0.0, 0.5)  # how far, m for every load too much
     slow_load: float = _number(0.15, 0.0, 2.0)  # speed is the largest / (1 + slow_load * load)
     slow_edge: float = _number(1.0, 0.0, 1.0)  # 1: no faster than the blade can follow the ground; 0: heedless
     min_speed: float = _number(0.3, 0.1, 1.0)  # share of the largest speed that it keeps in any case
+    grading_speed: float = _number(0.5, 0.1, 1.0)  # share of the largest speed that it does not exceed on a design surface
     gather: float = _number(0.5, 0.0, 1.5)  # share of the way to soil that escapes to a side by which the aim shifts
     gather_ahead: float = _number(3.0, 0.5, 8.0)  # how far ahead of the blade it looks for such soil
     lost_share: float = _number(0.8, 0.2, 1.0)  # it selects anew when this share of the largest load has escaped
@@ -52,6 +56,7 @@ class Parameters:
 
     # RETREAT
     retreat: float = _number(1.5, 0.3, 5.0)
+    retreat_limit: float = _number(8.0, 1.0, 30.0)
 
     def __post_init__(self) -> None:
         """Check every number; raises ValueError with the name, the value and the range."""

@@ -8,11 +8,16 @@ from dirt_env.task.haul import haul_distance
 
 Point = tuple[float, float]
 SIGHT = 8.0  # m; how far the next way point may be
+LEAVE = 3.0  # m
+MOST = 32  # way points
 LOOKS = 24  # points tried as the next way point, best first
 
 
 def is_clear(blocked: np.ndarray, cell: float, start: Point, end: Point) -> bool:
-    """Whether a straight line meets no blocked cell [row, col]; it looks twice a cell, but not at its very start."""
+    """Whether a straight line meets no blocked cell [row, col]; it looks twice a cell.
+
+    A line that starts on blocked cells may leave them within `LEAVE` metres.
+    """
     rows, cols = blocked.shape
     pieces = max(2, ceil(2.0 * hypot(end[0] - start[0], end[1] - start[1]) / cell))
     share = np.arange(1, pieces + 1) / pieces
@@ -20,11 +25,13 @@ def is_clear(blocked: np.ndarray, cell: float, start: Point, end: Point) -> bool
     r = ((start[1] + share * (end[1] - start[1])) // cell).astype(int)
     if c.min() < 0 or r.min() < 0 or c.max() >= cols or r.max() >= rows:
         return False
-    return not blocked[r, c].any()
+    met = blocked[r, c]
+    left = int(np.argmin(met)) if blocked[_index(start, cell, blocked.shape)] else 0
+    return not met[left:].any() and left * cell / 2 <= LEAVE
 
 
-def way(blocked: np.ndarray, cell: float, start: Point, end: Point) -> list[Point]:
-    """Way points from `start` to `end`, `end` included; just `end` where the straight line is clear or no way is."""
+def way(blocked: np.ndarray, cell: float, start: Point, end: Point) -> list[Point] | None:
+    """Way points from `start` to `end`, `end` included; None if there is no way."""
     if is_clear(blocked, cell, start, end):
         return [end]
     goal = np.zeros(blocked.shape, bool)
@@ -33,8 +40,8 @@ def way(blocked: np.ndarray, cell: float, start: Point, end: Point) -> list[Poin
     points, at = [], start
     while not is_clear(blocked & ~goal, cell, at, end):
         at = _next(blocked, left, cell, at)
-        if at is None or len(points) > 32:
-            return [end]
+        if at is None or len(points) > MOST:
+            return None
         points.append(at)
     return [*points, end]
 

@@ -79,6 +79,11 @@ class Site:
         blade, machine = self.blade, self.machine
         return float(max(np.hypot(blade.reach, 0.5 * blade.width), 0.5 * np.hypot(machine.length, machine.width)))
 
+    @property
+    def turning_room(self) -> float:
+        """Distance from solid ground at which it can turn on the spot, whatever corners the cells have [m]."""
+        return self.turning_radius + 0.5 * self.grid.cell
+
     def blade_at(self) -> tuple[float, float]:
         """Centre of the blade x, y [m]."""
         pose, reach = self.pose, self.blade.reach

@@ -46,7 +46,7 @@ class SceneConfig:
 
     @property
     def has_walls(self) -> bool:
-        """Whether an episode of this scene may have solid cells: obstacles, or ground without data."""
+        """Whether layouts can have solid cells (obstacles, ground without data); the patch then has a channel more."""
         if self.layout is not None:
             return self.layout.obstacles[1] > 0
         return bool(self.obstacles) or getattr(self.ground, "nodata", None) == "wall"

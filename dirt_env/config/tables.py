@@ -62,7 +62,7 @@ class Observation:
     size: int = 32
     resolution: float | None = None
     ahead: float = 0.7
-    height_limit: float = 5.0
+    height_limit: float = 4.0
     overview: bool = False
     map: bool = False
 

@@ -27,7 +27,8 @@ TALLY = np.dtype(
 )
 
 MANTISSA = 24  # bits of a float32 significand: heights are multiples of a quantum below 2**24 of them
-BUFFERS = 9  # rows of the work space, named in `window`
+BUFFERS = 9  # rows of the packed window, named in `window`
+WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold nothing between two steps
 
 
 class World(NamedTuple):
@@ -36,7 +37,7 @@ class World(NamedTuple):
     `height` f4[rows, cols] m over the local datum, multiples of `quantum`; `solid` bool[rows, cols] or None;
     `outside` f4[rows, cols], the ground beyond an open border (its rim counts), or None for a wall;
     `machine` POSE[1]; `tally` TALLY[1]; `changed` i8[4], the rows and columns [r0, r1) x [c0, c1) touched since a
-    reader last emptied it; `pending` i8[4], the window that has yet to settle; the rest is work space.
+    reader last emptied it; `pending` i8[4], the window that has yet to settle; the rest is `work_space`.
     """
 
     height: np.ndarray
@@ -46,10 +47,10 @@ class World(NamedTuple):
     tally: np.ndarray
     changed: np.ndarray
     pending: np.ndarray
+    quantum: float
     buffers: np.ndarray
     links: np.ndarray
     link_levels: np.ndarray
-    quantum: float
 
 
 def quantum_for(cell: float, relief: float) -> float:
@@ -85,8 +86,6 @@ def make_world(
     quantum = quantum_for(grid.cell, float(np.abs(height).max()))
     ground = (np.round(height / quantum) * quantum).astype(dtype)
     solid = np.ascontiguousarray(solid, np.bool_) if solid is not None and np.any(solid) else None
-    padded = (grid.rows + 5) * (grid.cols + 4)
-    crossings = grid.rows + grid.cols + 8
     return World(
         height=ground,
         solid=solid,
@@ -95,8 +94,17 @@ def make_world(
         tally=np.zeros(1, TALLY),
         changed=np.array([0, grid.rows, 0, grid.cols]),
         pending=np.array([0, grid.rows, 0, grid.cols]),
-        buffers=np.zeros((BUFFERS, padded), dtype),
-        links=np.zeros((crossings, 3), np.int64),
-        link_levels=np.zeros((crossings, 2), dtype),
         quantum=quantum,
+        **work_space(ground),
     )
+
+
+def work_space(height: np.ndarray) -> dict[str, np.ndarray]:
+    """The WORK_SPACE of a World whose ground has that shape and type."""
+    rows, cols = height.shape
+    crossings = rows + cols + 8  # of the blade's segment with the links of the map and its rim
+    return {
+        "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4)), height.dtype),
+        "links": np.zeros((crossings, 3), np.int64),
+        "link_levels": np.zeros((crossings, 2), height.dtype),
+    }

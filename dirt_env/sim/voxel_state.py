@@ -14,6 +14,7 @@ from dirt_env.sim.params import Grid
 FOREVER = -1  # life of a constraint that is never removed
 LARGEST_LIFE = 32766  # updates; lives are 16-bit
 WORK = 8  # rows of the work space, named in `voxel`
+VOXEL_WORK_SPACE = ("work", "flags")  # fields that hold nothing between two updates
 MOST_VOXELS = 2**26
 GRAIN = 2.0**-36  # share of a cell; sums of fills that are multiples of it are exact
 
@@ -99,11 +100,16 @@ def make_voxels(
         life=life,
         active=np.array([1, grid.rows + 1, 1, grid.cols + 1]),
         touched=np.array([1, grid.rows + 1, 1, grid.cols + 1]),
-        work=np.zeros((WORK, 4, shape[1] * shape[2])),
-        flags=np.zeros(shape[1] * shape[2], np.uint8),
         bottom=bottom,
         dy=dy,
+        **voxel_work_space(shape),
     )
+
+
+def voxel_work_space(shape: tuple[int, int, int]) -> dict[str, np.ndarray]:
+    """The VOXEL_WORK_SPACE of a grid whose arrays have that shape."""
+    run = shape[1] * shape[2]
+    return {"work": np.zeros((WORK, 4, run)), "flags": np.zeros(run, np.uint8)}
 
 
 def volume(voxels: Voxels, cell: float) -> float:

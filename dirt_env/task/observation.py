@@ -29,7 +29,6 @@ POSE_ENTRIES = (
 """Order of the pose vector; `pose_table` has units and scales, `read_pose` turns it back into physical units."""
 
 OVERVIEW = 12  # squares along one side
-HEIGHT_LIMIT = 4.0  # m; heights in the patch, and what is to do, are clipped to this
 MAP_LIMIT = 1000.0  # m
 
 
@@ -47,12 +46,14 @@ class PoseEntry(NamedTuple):
 class View(NamedTuple):
     """Constants of the observation for the kernel. Lengths in m.
 
-    `ahead` is the share of the patch that lies ahead of the pivot; `beyond` is what the ground outside the site looks
-    like, relative to the ground under the machine; the rest are the columns of `pose_table`.
+    `ahead` is the share of the patch that lies ahead of the pivot; heights are clipped to `limit` either way; `beyond`
+    is what the ground outside the site looks like, over the ground under the machine; the rest are the columns of
+    `pose_table`.
     """
 
     resolution: float
     ahead: float
+    limit: float
     beyond: float
     overview_cell: float
     offset: np.ndarray
@@ -98,19 +99,24 @@ def read_pose(pose: np.ndarray, table: tuple[PoseEntry, ...]) -> dict[str, float
     return named
 
 
-def make_view(table: tuple[PoseEntry, ...], grid: Grid, resolution: float, ahead: float, beyond: float) -> View:
+def make_view(
+    table: tuple[PoseEntry, ...], grid: Grid, resolution: float, ahead: float, limit: float, beyond: float
+) -> View:
     """Constants of the observation; the squares of the overview together are as wide as the site's longer side."""
     columns = {name: np.array([getattr(entry, name) for entry in table]) for name in ("offset", "scale", "low", "high")}
     side = max(grid.rows, grid.cols) * grid.cell
-    return View(resolution, ahead, beyond, side / OVERVIEW, **columns)
+    return View(resolution, ahead, limit, min(max(beyond, -limit), limit), side / OVERVIEW, **columns)
 
 
 def bounds(
-    grid: Grid, table: tuple[PoseEntry, ...], size: int, walls: bool, overview: bool, site_map: bool
+    grid: Grid, table: tuple[PoseEntry, ...], size: int, limit: float, walls: bool, overview: bool, site_map: bool
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Lowest and highest value of every array of an observation, by name; f4. `walls`: obstacles get a channel."""
-    ground, squares = [(-HEIGHT_LIMIT, HEIGHT_LIMIT)] * 2, [(0.0, 4.0), (0.0, 1.0)]
-    site = [(-MAP_LIMIT, MAP_LIMIT), (-HEIGHT_LIMIT, HEIGHT_LIMIT)]
+    """Lowest and highest value of every array of an observation, by name; f4.
+
+    Heights end at `limit` [m] either way; with `walls`, obstacles get a channel.
+    """
+    ground, squares = [(-limit, limit)] * 2, [(0.0, 4.0), (0.0, 1.0)]
+    site = [(-MAP_LIMIT, MAP_LIMIT), (-limit, limit)]
     wall = [(0.0, 1.0)] if walls else []
     found = {
         "patch": _stack(ground + wall, (size, size)),
@@ -156,7 +162,7 @@ def _fill_patch(height, job, solid, pose, cell, view, patch):
             c, r = floor(x + j * north), floor(y - j * east)
             if c >= 0 and c < cols and r >= 0 and r < rows:
                 h = float(height[r, c])
-                patch[0, i, j] = min(max(h - ground, -HEIGHT_LIMIT), HEIGHT_LIMIT)
+                patch[0, i, j] = min(max(h - ground, -view.limit), view.limit)
                 patch[1, i, j] = min(max(h - job.target[r, c], job.low[r, c]), job.high[r, c])
                 if solid is not None:
                     patch[2, i, j] = solid[r, c]

@@ -7,7 +7,6 @@ from dirt_env.sim.params import Blade, Grid, Machine
 from dirt_env.sim.state import POSE
 from dirt_env.task.job import make_job
 from dirt_env.task.observation import (
-    HEIGHT_LIMIT,
     POSE_ENTRIES,
     Sight,
     bounds,
@@ -21,18 +20,21 @@ from tests.task.sites import CELL, heaped, site
 GRID = Grid(20, 30, CELL)
 BLADE, MACHINE = Blade(), Machine()
 TABLE = pose_table(GRID, BLADE, MACHINE)
+LIMIT = 4.0
 
 
 def look(place, height=None, size=8, ahead=0.5, resolution=CELL, **pose):
     """Everything there is to see for a machine with that record."""
     height = place.height.astype(np.float32) if height is None else height.astype(np.float32)
-    job = make_job(place.height.astype(np.float32), place, CELL, goal_depth=1.0, limit=HEIGHT_LIMIT)
-    spaces = bounds(GRID, TABLE, size, place.solid is not None, True, True)
+    job = make_job(place.height.astype(np.float32), place, CELL, goal_depth=1.0, limit=LIMIT)
+    spaces = bounds(GRID, TABLE, size, LIMIT, place.solid is not None, True, True)
     sight = Sight(**{name: np.full(low.shape, np.nan, np.float32) for name, (low, _) in spaces.items()})
     machine = np.zeros(1, POSE)
     for name, value in pose.items():
         machine[name] = value
-    observe(height, job, machine, CELL, make_view(TABLE, GRID, resolution, ahead, BLADE.height), 0.5, 0.25, sight)
+    observe(
+        height, job, machine, CELL, make_view(TABLE, GRID, resolution, ahead, LIMIT, BLADE.height), 0.5, 0.25, sight
+    )
     for name, (low, high) in spaces.items():
         shown = getattr(sight, name)
         assert ((low <= shown) & (shown <= high)).all(), name
