@@ -16,6 +16,18 @@ def top_of(column, bottom, dy):
 
 
 @kernel
+def footing_of(column, lives, bottom, dy):
+    """The same without soil that lies on a constraint [m]: the blade carries it, so that it lifts no track."""
+    top = bottom
+    for m in range(1, column.size - 1):
+        if lives[m] > 0:
+            return top
+        if column[m] > 0.0:
+            top = bottom + (m - 1 + column[m]) * dy
+    return top
+
+
+@kernel
 def stack_of(column, coming, bottom, dy):
     """Height of a column's soil put on a heap, fill and fill in transit [m]: the surface, unless soil is in the air."""
     total = 0.0
@@ -25,12 +37,13 @@ def stack_of(column, coming, bottom, dy):
 
 
 @kernel
-def lay_surface(fill, incoming, solid, bottom, dy, box, surface, height):
-    """Write `surface` and `height` f4[rows, cols] m over the columns of `box`; solid ones stay as they are."""
+def lay_surface(fill, incoming, life, solid, bottom, dy, box, surface, footing, height):
+    """Write `surface`, `footing` and `height` f4[rows, cols] m over the columns of `box`; solid ones stay as they are."""
     for r in range(box[0], box[1]):
         for c in range(box[2], box[3]):
             if solid is None or not solid[r - 1, c - 1]:
                 surface[r - 1, c - 1] = top_of(fill[r, c], bottom, dy)
+                footing[r - 1, c - 1] = footing_of(fill[r, c], life[r, c], bottom, dy)
                 height[r - 1, c - 1] = stack_of(fill[r, c], incoming[r, c], bottom, dy)
 
 
