@@ -25,9 +25,7 @@ def begin_world(config: SceneConfig, layout: Layout) -> AnyWorld:
     else:
         rules, dy = terrain.rules_for(grid, soil), terrain.dy_for(grid, soil)
         depth = terrain.depth + max(0.0, float((layout.height - layout.target).max()))
-        world = make_voxel_world(
-            layout.height, grid, rules, dy, depth, terrain.headroom, layout.solid, open_border
-        )
+        world = make_voxel_world(layout.height, grid, rules, dy, depth, terrain.headroom, layout.solid, open_border)
         settle_voxels(world, rules)
     place(world, grid, soil, config.blade, config.machine, *layout.pose)
     return world
@@ -42,7 +40,10 @@ class Stepper:
             self._advance, self._constants = advance, constants
         else:
             rules = config.terrain.rules_for(config.grid, config.soil)
-            self._advance, self._constants = advance_voxels, (*constants, rules, float(config.terrain.updates_per_second))
+            self._advance, self._constants = (
+                advance_voxels,
+                (*constants, rules, float(config.terrain.updates_per_second)),
+            )
 
     def __call__(self, world: AnyWorld, command: Command, seconds: float) -> None:
         """Advance the world."""

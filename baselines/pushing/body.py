@@ -54,7 +54,14 @@ class Body:
         here = pose["x"], pose["y"], pose["heading"]
         outline = next((outline for outline in self._outlines if self._fits(outline, *here)), self._outlines[-1])
         ways = [(steering, speed), (0.5 * steering, 0.5 * speed), (steering, 0.0), (0.0, speed), (0.0, 0.4 * speed)]
-        ways += [(-steering, speed), (0.0, -1.0 if speed > 0.0 else 1.0), (0.0, 0.5), (0.0, -0.5), (1.0, 0.0), (-1.0, 0.0)]
+        ways += [
+            (-steering, speed),
+            (0.0, -1.0 if speed > 0.0 else 1.0),
+            (0.0, 0.5),
+            (0.0, -0.5),
+            (1.0, 0.0),
+            (-1.0, 0.0),
+        ]
         return next((way for way in ways if way != (0.0, 0.0) and self._is_free(outline, *way)), (steering, speed))
 
 

@@ -47,7 +47,9 @@ class Parameters:
     slow_load: float = _number(0.15, 0.0, 2.0)  # speed is the largest / (1 + slow_load * load)
     slow_edge: float = _number(1.0, 0.0, 1.0)  # 1: no faster than the blade can follow the ground; 0: heedless
     min_speed: float = _number(0.3, 0.1, 1.0)  # share of the largest speed that it keeps in any case
-    grading_speed: float = _number(0.5, 0.1, 1.0)  # share of the largest speed that it does not exceed on a design surface
+    grading_speed: float = _number(
+        0.5, 0.1, 1.0
+    )  # share of the largest speed that it does not exceed on a design surface
     gather: float = _number(0.5, 0.0, 1.5)  # share of the way to soil that escapes to a side by which the aim shifts
     gather_ahead: float = _number(3.0, 0.5, 8.0)  # how far ahead of the blade it looks for such soil
     lost_share: float = _number(0.8, 0.2, 1.0)  # it selects anew when this share of the largest load has escaped

@@ -236,7 +236,15 @@ def updates(fill, incoming, life, active, touched, work, flags, rules, count):
 def update(voxels: Voxels, rules: Rules, count: int = 1) -> int:
     """Do `count` updates of the grid, in place, or as many as it takes to come to rest; returns how many."""
     return updates(
-        voxels.fill, voxels.incoming, voxels.life, voxels.active, voxels.touched, voxels.work, voxels.flags, rules, count
+        voxels.fill,
+        voxels.incoming,
+        voxels.life,
+        voxels.active,
+        voxels.touched,
+        voxels.work,
+        voxels.flags,
+        rules,
+        count,
     )
 
 

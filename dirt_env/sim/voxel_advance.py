@@ -26,8 +26,9 @@ class VoxelWorld(NamedTuple):
     """One world of cells; every array is updated in place. The first six fields are as in `state.World`.
 
     `height` f4[rows, cols] m is the soil of each column put on a heap, fill in transit too, so that its sum is the
-    volume; `surface` f4[rows, cols] m is the paper's, `footing` f4 the same without what the blade carries. They differ
-    where soil is in the air or on a constraint. The rest are the cells, see `Voxels`.
+    volume; `surface` f4[rows, cols] m is the paper's. They differ only where soil is in the air or on a constraint: there
+    the machine stands on `height`, for a few grains on the blade's constraints, a metre up, lift no track. The rest are
+    the cells, see `Voxels`.
     """
 
     height: np.ndarray
@@ -37,7 +38,6 @@ class VoxelWorld(NamedTuple):
     tally: np.ndarray
     changed: np.ndarray
     surface: np.ndarray
-    footing: np.ndarray
     fill: np.ndarray
     incoming: np.ndarray
     life: np.ndarray
@@ -85,7 +85,6 @@ def make_voxel_world(
         tally=np.zeros(1, TALLY),
         changed=np.array([0, grid.rows, 0, grid.cols]),
         surface=ground.copy(),
-        footing=ground.copy(),
         **voxels._asdict(),
     )
     update_world(world, rules, 0)
@@ -98,9 +97,8 @@ def refresh(world):
     touched, changed = world.touched, world.changed
     if touched[1] > touched[0]:
         lay_surface(
-            world.fill, world.incoming, world.life, world.solid, world.bottom, world.dy, touched, world.surface,
-            world.footing, world.height,
-        )  # fmt: skip
+            world.fill, world.incoming, world.solid, world.bottom, world.dy, touched, world.surface, world.height
+        )
         widen(changed, touched[0] - 1, touched[1] - 1, touched[2] - 1, touched[3] - 1)
     clear(touched)
 
@@ -183,7 +181,7 @@ def advance_voxels(
         turned += swung
         largest = machine.edge_rate * period
         pose.edge += min(max(command.edge - pose.edge, -largest), largest)
-        stand(world.footing, grid.cell, pose, blade, machine)
+        stand(world.height, grid.cell, pose, blade, machine)
         push_soil(world, grid, rules, blade_line(pose, blade), went, swung, totals)
         totals[3] += run_updates(world, rules, (k + 1) * wanted // pieces - k * wanted // pieces)
     line = blade_line(pose, blade)

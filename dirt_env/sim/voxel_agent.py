@@ -47,7 +47,7 @@ def levels_of(line, cell, bottom, dy, levels, r, c):
     """(first, last + 1, edge): the levels of the column (r, c) that the blade reaches, and its edge there in levels."""
     _, left = blade_frame(line, (c - 0.5) * cell, (r - 0.5) * cell)
     edge = (line.edge + line.roll * left - bottom) / dy
-    first = min(max(int(floor(edge)), 0), levels)
+    first = min(max(int(floor(edge + 1e-9)), 0), levels)
     last = min(max(int(ceil(edge + line.height / dy - 1e-9)), 0), levels)
     return first + 1, last + 1, edge
 

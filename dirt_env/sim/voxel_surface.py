@@ -6,6 +6,7 @@ from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.machine import ground_at
 from dirt_env.sim.voxel_state import Voxels
 
+
 @kernel
 def top_of(column, bottom, dy):
     """y = ymin + (j + fill) dy of the topmost cell j of a column that is not empty [m]; ymin if all are."""
@@ -13,18 +14,6 @@ def top_of(column, bottom, dy):
         if column[m] > 0.0:
             return bottom + (m - 1 + column[m]) * dy
     return bottom
-
-
-@kernel
-def footing_of(column, lives, bottom, dy):
-    """The same without soil that lies on a constraint [m]: the blade carries it, so that it lifts no track."""
-    top = bottom
-    for m in range(1, column.size - 1):
-        if lives[m] > 0:
-            return top
-        if column[m] > 0.0:
-            top = bottom + (m - 1 + column[m]) * dy
-    return top
 
 
 @kernel
@@ -37,13 +26,12 @@ def stack_of(column, coming, bottom, dy):
 
 
 @kernel
-def lay_surface(fill, incoming, life, solid, bottom, dy, box, surface, footing, height):
-    """Write `surface`, `footing` and `height` f4[rows, cols] m over the columns of `box`; solid ones stay as they are."""
+def lay_surface(fill, incoming, solid, bottom, dy, box, surface, height):
+    """Write `surface` and `height` f4[rows, cols] m over the columns of `box`; solid ones stay as they are."""
     for r in range(box[0], box[1]):
         for c in range(box[2], box[3]):
             if solid is None or not solid[r - 1, c - 1]:
                 surface[r - 1, c - 1] = top_of(fill[r, c], bottom, dy)
-                footing[r - 1, c - 1] = footing_of(fill[r, c], life[r, c], bottom, dy)
                 height[r - 1, c - 1] = stack_of(fill[r, c], incoming[r, c], bottom, dy)
 
 
@@ -67,7 +55,9 @@ def normals_of(surface: np.ndarray, cell: float) -> np.ndarray:
         for c in (0, 1)
     )
     rising, falling = north_east - south_west, north_west - south_east
-    facets = np.stack([(falling - rising) * cell, -(rising + falling) * cell, np.full_like(rising, 2 * cell**2)], axis=2)
+    facets = np.stack(
+        [(falling - rising) * cell, -(rising + falling) * cell, np.full_like(rising, 2 * cell**2)], axis=2
+    )
     facets /= np.linalg.norm(facets, axis=2, keepdims=True)
     mean = facets[:-1, :-1] + facets[1:, :-1] + facets[:-1, 1:] + facets[1:, 1:]
     return mean / np.linalg.norm(mean, axis=2, keepdims=True)
@@ -82,5 +72,7 @@ def position_on_surface(surface: np.ndarray, cell: float, x: float, y: float) ->
 def slope_on_surface(surface: np.ndarray, cell: float, x: float, y: float) -> tuple[float, float]:
     """Slopes to the east and to the north at any point [m], from the normals, interpolated likewise."""
     normals = normals_of(np.asarray(surface, np.float64), cell)
-    east, north, up = (position_on_surface(np.ascontiguousarray(part), cell, x, y) for part in np.moveaxis(normals, 2, 0))
+    east, north, up = (
+        position_on_surface(np.ascontiguousarray(part), cell, x, y) for part in np.moveaxis(normals, 2, 0)
+    )
     return -east / up, -north / up
