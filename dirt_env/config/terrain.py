@@ -39,7 +39,7 @@ class VoxelGrid:
     rise_into_constraint: bool = False
 
     def dy_for(self, grid: Grid, soil: Soil) -> float:
-        """Height of a level [m]: as the cells are wide, or as much higher as keeps the required difference under 3/4."""
+        """Height of a level [m]: as cells are wide, or as much higher as keeps the required difference under 3/4."""
         return grid.cell * max(1.0, soil.slope / STEEPEST) if self.dy is None else self.dy
 
     def rules_for(self, grid: Grid, soil: Soil) -> Rules:

@@ -15,7 +15,7 @@ from dirt_env.sim.voxel_plain import plain_update
 from dirt_env.sim.voxel_state import Rules, Voxels
 from dirt_env.sim.window import clear, widen
 
-# Rows of the work space: fill with what came in, what sinks, fill after sinking, the same as it looks to fill that wants
+# Rows of the work space: fill with what came in, what sinks, fill after sinking, the same as it looks to fill that is
 # to enter (infinite where a constraint forbids it), available neighbours, what each is sent, what the cell above is
 # sent, what comes in.
 ACCEPTED, SINKING, LEVEL, ENTRY, AVAILABLE, SENT, RISING, COMING = range(8)
@@ -79,8 +79,8 @@ def count_available(level, entry_, south, north, high, difference, available):
 
 @kernel
 def spread_or_rise(level, entry_, available, high, rate, lock, sent, rising):
-    """Algorithm 2, lines 17 to 32: the `rate` of the fill in equal parts to those neighbours; where there are none, what
-    is over 1 goes up.
+    """Algorithm 2, lines 17 to 32: the `rate` of the fill in equal parts to those neighbours; where there are none,
+    what is over 1 goes up.
     """
     n = level.size - 2 * high
     here, count, part, rises, above = level[high:], available[high:], sent[high:], rising[high:], entry_[high + 1 :]

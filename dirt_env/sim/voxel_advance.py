@@ -26,8 +26,8 @@ class VoxelWorld(NamedTuple):
     """One world of cells; every array is updated in place. The first six fields are as in `state.World`.
 
     `height` f4[rows, cols] m is the soil of each column put on a heap, fill in transit too, so that its sum is the
-    volume; `surface` f4[rows, cols] m is the paper's. They differ only where soil is in the air or on a constraint: there
-    the machine stands on `height`, for a few grains on the blade's constraints, a metre up, lift no track. The rest are
+    volume; `surface` f4[rows, cols] m is the paper's. They differ only where soil is in the air or on a constraint:
+    there the machine stands on `height`, for a few grains on the blade's constraints, a metre up, lift no track. The rest are
     the cells, see `Voxels`.
     """
 
@@ -142,8 +142,8 @@ def push_soil(world, grid, rules, line, forward, turn, totals):
     box = box_around(line, grid.cell)
     if highest(world.surface, box) > line.edge - abs(line.roll) * line.half:
         occupy(
-            world.fill, world.incoming, world.life, world.active, world.bottom, world.dy, grid.cell, line, forward, turn,
-            rules, totals,
+            world.fill, world.incoming, world.life, world.active, world.bottom, world.dy, grid.cell, line, forward,
+            turn, rules, totals,
         )  # fmt: skip
         widen(world.touched, world.active[0], world.active[1], world.active[2], world.active[3])
 

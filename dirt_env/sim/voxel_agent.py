@@ -1,7 +1,7 @@
 """Agent constraints (Section IV): the blade keeps fill out of the cells it occupies, and so moves it.
 
-The blade occupies the cells whose centres it has just passed: the line of cells behind its face, as thick as it takes to
-be without gaps for soil that moves along x or z, from the level of its edge to that of its top. Each of them gets a
+The blade occupies the cells whose centres it has just passed: the line of cells behind its face, as thick as it takes
+to be without gaps for soil that moves along x or z, from the level of its edge to that of its top. Each of them gets a
 constraint of full life, again and again while the blade is there; behind the blade constraints last until they expire.
 
 How constraint cells displace the fill they meet: what lies in such a cell between edge and top goes, at once, to the

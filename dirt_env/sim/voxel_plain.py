@@ -13,7 +13,7 @@ UP, DOWN = 8, 9  # ways out of a cell, after those to the neighbours on the same
 
 @kernel
 def way(k):
-    """(rows, columns) to neighbour k on the same level: west, east, south, north, and the diagonals; k ^ 1 is opposite."""
+    """(rows, columns) to neighbour k on the same level: west, east, south, north, the diagonals; k ^ 1 is opposite."""
     sign = -1 if k % 2 == 0 else 1
     if k < 2:
         return 0, sign

@@ -48,8 +48,8 @@ class Voxels(NamedTuple):
     `fill` f8[rows + 2, cols + 2, levels + 2], share of each cell that is soil; `incoming` f8, the sum of the list of
     incoming fill; `life` i2, updates that the cell's constraint has left, plus one (0: none, FOREVER: always);
     `active` i8[4], rows and columns [r0, r1) x [c0, c1) of these arrays that changed last (the rest is at rest);
-    `touched` i8[4], the same since a reader last emptied it; `work` and `flags` are work space; `bottom` m is ymin, `dy`
-    m the height of a level.
+    `touched` i8[4], the same since a reader last emptied it; `work` and `flags` are work space; `bottom` m is ymin,
+    `dy` m the height of a level.
     """
 
     fill: np.ndarray

@@ -1,4 +1,4 @@
-"""The paper's grid update, line by line; equal to its slow twins; exact in volume; symmetric; at rest where it should be."""
+"""The paper's grid update, line by line; equal to its slow twins; exact in volume; symmetric; at rest."""
 
 from math import hypot
 
@@ -62,7 +62,8 @@ def test_incoming_fill_is_accepted_first_and_takes_part_in_the_same_update():
 def test_fill_sinks_at_once_as_far_as_the_cell_below_has_room():
     voxels = filled({(2, 2, 1): 0.75, (2, 2, 2): 0.5})
     update(voxels, Rules(difference=1.0))
-    assert voxels.fill[2, 2, 1] == 1.0 and voxels.fill[2, 2, 2] == 0.25
+    assert voxels.fill[2, 2, 1] == 1.0
+    assert voxels.fill[2, 2, 2] == 0.25
 
 
 def test_fill_sinks_before_it_spreads():
@@ -95,7 +96,8 @@ def test_eight_per_cent_of_the_fill_go_in_equal_parts_to_all_available_neighbour
 def test_fill_arrives_with_the_next_update():
     voxels = filled({(2, 2, 1): 0.9})
     update(voxels, RULES)
-    assert voxels.fill[2, 3, 1] == 0.0 and voxels.incoming[2, 3, 1] > 0.0
+    assert voxels.fill[2, 3, 1] == 0.0
+    assert voxels.incoming[2, 3, 1] > 0.0
     part = voxels.incoming[2, 3, 1]
     update(voxels, RULES)
     assert voxels.fill[2, 3, 1] == part
@@ -105,7 +107,8 @@ def test_overflow_goes_up_only_where_no_neighbour_is_available():
     full = {(r, c, 1): 1.0 for r in (1, 2, 3) for c in (1, 2, 3)}
     voxels = filled({**full, (2, 2, 1): 1.375})
     update(voxels, RULES)
-    assert voxels.fill[2, 2, 1] == 1.0 and voxels.incoming[2, 2, 2] == 0.375
+    assert voxels.fill[2, 2, 1] == 1.0
+    assert voxels.incoming[2, 2, 2] == 0.375
     voxels = filled({**full, (2, 2, 1): 1.375, (2, 1, 1): 0.0})
     update(voxels, RULES)
     assert voxels.incoming[2, 2, 2] == 0.0
@@ -124,7 +127,8 @@ def test_a_constraint_blocks_for_exactly_its_life(life):
     for r, c in ((1, 2), (2, 1), (3, 2), (2, 3)):
         constrain(voxels.life, r, c, 1, life)
     assert update(voxels, RULES, life) == life
-    assert voxels.fill[2, 2, 1] == 0.9 and voxels.incoming.sum() == 0.0
+    assert voxels.fill[2, 2, 1] == 0.9
+    assert voxels.incoming.sum() == 0.0
     update(voxels, RULES)
     assert voxels.incoming[2, 3, 1] > 0.0
 
@@ -135,7 +139,8 @@ def test_a_constraint_blocks_from_above_from_the_sides_and_from_below_and_lets_o
     constrain(voxels.life, 2, 2, 2, 100)
     update(voxels, RULES, 50)
     assert voxels.fill[2, 2, 2] == 0.0
-    assert voxels.fill[2, 2, 3] == 0.5 and voxels.fill[2, 2, 1] == 1.5
+    assert voxels.fill[2, 2, 3] == 0.5
+    assert voxels.fill[2, 2, 1] == 1.5
     voxels = filled({(2, 2, 1): 0.9})
     constrain(voxels.life, 2, 2, 1, 100)
     update(voxels, RULES)
@@ -307,7 +312,7 @@ def test_across_a_level_slopes_up_to_twice_the_required_difference_are_at_rest()
     ground = np.array([[0.55, 1.45, 1.45]])
     voxels = make_voxels(ground, Grid(1, 3, 1.0), 1.0, 0.0, 3)
     assert update(voxels, RULES, 100) == 1
-    height, coming = field_update(ground, np.zeros((1, 3)), RULES)
+    _height, coming = field_update(ground, np.zeros((1, 3)), RULES)
     assert coming.any(), "the height field of the same threshold moves"
 
 
@@ -346,7 +351,8 @@ def test_solid_columns_take_nothing():
     ground[2, 2] = 3.0
     voxels = make_voxels(ground, Grid(5, 5, 1.0), 1.0, 0.0, 5, solid=solid)
     update(voxels, RULES, 2000)
-    assert voxels.fill[3, 4].sum() == 0.0 and voxels.fill[3, 3].sum() < 3.0
+    assert voxels.fill[3, 4].sum() == 0.0
+    assert voxels.fill[3, 3].sum() < 3.0
     assert volume(voxels, 1.0) == pytest.approx(3.0, rel=1e-14)
 
 

@@ -37,7 +37,8 @@ def test_the_agents_update_is_that_of_the_paper():
     world = world_with(np.zeros((40, 40)), (5.0, 10.0, 0.5))
     drive(world, NAVIGATE, speed=1.5, steps=2)
     pose = world.machine[0]
-    assert pose.x == pytest.approx(5.0 + 1.5 * cos(0.5)) and pose.y == pytest.approx(10.0 + 1.5 * sin(0.5))
+    assert pose.x == pytest.approx(5.0 + 1.5 * cos(0.5))
+    assert pose.y == pytest.approx(10.0 + 1.5 * sin(0.5))
     assert pose.z == 0.0
 
 
@@ -46,7 +47,8 @@ def test_the_agents_height_follows_the_surface():
     world = world_with(slope)
     drive(world, NAVIGATE, steps=6)
     pose = world.machine[0]
-    assert pose.z == pytest.approx(0.2 * pose.x, abs=1e-6) and pose.pitch == pytest.approx(0.2, abs=1e-6)
+    assert pose.z == pytest.approx(0.2 * pose.x, abs=1e-6)
+    assert pose.pitch == pytest.approx(0.2, abs=1e-6)
 
 
 def test_navigating_over_level_ground_alters_nothing():
@@ -54,7 +56,8 @@ def test_navigating_over_level_ground_alters_nothing():
     fill = world.fill.copy()
     drive(world, NAVIGATE, speed=2.0, yaw_rate=0.1)
     np.testing.assert_array_equal(world.fill, fill)
-    assert not (world.life > 0).any() and world.tally[0].cut == 0.0
+    assert not (world.life > 0).any()
+    assert world.tally[0].cut == 0.0
 
 
 def test_pushing_carries_the_heap_along_and_leaves_the_ground_at_grade():
