@@ -155,9 +155,8 @@ def draw(results: dict, path: Path) -> None:
         rows = [row for row in results["limit_cycles"] if row["at_rest"] == at_rest]
         places = [row["ratio"] for row in rows], [row["difference"] for row in rows]
         right.plot(*places, marker, color="#1b6ec4", ms=8, label=label)
-    right.axvline(4.0, color="k", lw=1, ls="--")
     right.set(xlabel="transfer rate / r", ylabel="required difference r", title="Limit cycles on rough ground")
-    right.legend(loc="upper left")
+    right.legend(loc="center")
     figure.savefig(path, dpi=110)
 
 
