@@ -4,7 +4,7 @@ SELECT -> NAVIGATE -> ALIGN -> PUSH -> RETREAT -> SELECT, after Rodriguez, Su an
 """
 
 from enum import Enum, auto
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from .pushing.site import Site
 FORGIVEN = 3  # failures kept in mind
 NOTHING = 0.03  # loads; less ahead of the blade is nothing
 PATIENCE, HARDLY = 7, 0.3  # so many steps within so many m and rad are no progress
-NEAR = 1.5  # m from the blade to a way point that counts as reached
+NEAR, AT = 1.5, 0.8  # m from a way point that count as reached: the pivot on its way, the blade in a push
 
 
 class State(Enum):
@@ -42,6 +42,7 @@ class AdaptivePush:
     sees = "map"
 
     def __init__(self, config: SceneConfig, parameters: Parameters | None = None) -> None:
+        """For a scene; the numbers are those of `Parameters` unless others are given."""
         self.parameters = parameters or Parameters()
         self.site = Site(config)
         self._body = Body(self.site)
@@ -166,7 +167,7 @@ class AdaptivePush:
         """Push along the way; ends inside the goal, past the aim, when the load is lost, or after a limit."""
         site, numbers = self.site, self.parameters
         x, y = site.blade_at()
-        while len(self._way) > 1 and hypot(self._way[0][0] - x, self._way[0][1] - y) < NEAR:
+        while len(self._way) > 1 and hypot(self._way[0][0] - x, self._way[0][1] - y) < AT:
             self._way.pop(0)
         self._peak = max(self._peak, site.pose["load"])
         if self._seconds > numbers.push_limit or self._is_over(x, y):
@@ -181,6 +182,7 @@ class AdaptivePush:
         _, needed = self._edge(step)
         speed = 1.0 / (1.0 + numbers.slow_load * site.pose["load"] / site.rated)
         speed *= 1.0 - numbers.slow_edge * (1.0 - min(1.0, site.machine.edge_rate * site.period / max(needed, 1e-9)))
+        speed *= max(0.0, cos(2.0 * min(abs(wrap(course - site.pose["heading"])), pi / 4)))
         speed = max(speed, numbers.min_speed)
         speed = speed if site.goals else min(speed, numbers.grading_speed)
         return turn_to(site, course), speed, self._edge(speed * step)[0]
@@ -205,7 +207,7 @@ class AdaptivePush:
         return numbers.gather * atan2(float((soil * left).sum() / volume), numbers.gather_ahead)
 
     def _soil_ahead(self, x: float, y: float, far: float, aside: float):
-        """Soil to move [m of a cell], metres ahead and left of it, up to `far` ahead of the blade and `aside` to a side."""
+        """Soil to move [m of a cell], metres ahead and left of it, to `far` ahead of the blade, `aside` to a side."""
         site, heading = self.site, self.site.pose["heading"]
         dx, dy = site.x - x, site.y - y
         ahead, left = dx * cos(heading) + dy * sin(heading), dy * cos(heading) - dx * sin(heading)
@@ -232,7 +234,7 @@ class AdaptivePush:
         site, numbers = self.site, self.parameters
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
         free = site.gap[site.cell_at(*self._here)] > site.turning_room
-        if gone >= numbers.retreat and free or self._seconds > numbers.retreat_limit or self._is_stuck():
+        if (gone >= numbers.retreat and free) or self._seconds > numbers.retreat_limit or self._is_stuck():
             return self._go(State.SELECT)
         return 0.0, -1.0, self._carry
 

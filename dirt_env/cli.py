@@ -41,7 +41,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--policy", default="adaptive_push", metavar="NAME", help="what drives (default: adaptive_push)")
     run.add_argument("--episodes", type=_whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=_whole(0), default=0, metavar="S", help="of the first layout (default: 0)")
-    run.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for what is written")
+    run.add_argument("--out", type=Path, metavar="DIR", help="folder for what is written (default: runs/SCENE-POLICY)")
     run.add_argument("--level", type=_whole(0), metavar="L", help="difficulty of a random layout, 0 to 5")
     run.add_argument("--steps", type=_whole(1), metavar="N", help="most control steps (default: the job's time)")
     run.add_argument("--no-replay", action="store_true", help="write summary.json only")
@@ -57,13 +57,14 @@ def _parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     from dirt_env.run import Run
 
-    if options.out.exists() and not options.out.is_dir():
-        raise ValueError(f"--out is {options.out}, which is a file; allowed: a folder, or a new name")
+    out = options.out or Path("runs") / f"{Path(options.scene).stem}-{options.policy}"
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"--out is {out}, which is a file; allowed: a folder, or a new name")
     overrides = read_settings(options.set)
     if options.level is not None:
         overrides["level"] = options.level
     run = Run(options.scene, options.policy, options.seed, options.steps, overrides, not options.no_replay)
-    options.out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
     status = 0
     try:
         run.play(options.episodes)
@@ -72,7 +73,7 @@ def _run(options: argparse.Namespace) -> int:
         status = INTERRUPTED
     if run.summaries:
         _say(f"{run.policy_name} in {run.env.config.name}, {run.env.config.task.period:g} s a step", run.table())
-        _say("wrote " + ", ".join(str(path) for path in run.write(options.out)))
+        _say("wrote " + ", ".join(str(path) for path in run.write(out)))
     return status
 
 

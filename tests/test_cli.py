@@ -93,6 +93,12 @@ def test_bad_input_is_one_clear_line(arguments, words, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_without_out_the_folder_is_named_after_scene_and_policy(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", *SHORT, "--scene", "posts", "--no-replay"]) == 0
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == ["posts-random"]
+
+
 def test_out_has_to_be_a_folder(tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     for out in ("file", "file/below"):

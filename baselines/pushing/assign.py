@@ -4,7 +4,7 @@ import numpy as np
 
 
 def assign(cost: np.ndarray, volume: np.ndarray, room: np.ndarray) -> np.ndarray:
-    """Goal of each cell, int [cells], for cost [cells, goals] (way) and `volume` [cells], so that `room` [goals] suffices.
+    """Goal of each cell, int [cells], for `cost` [cells, goals] and `volume` [cells], so that `room` [goals] suffices.
 
     Cells that would lose most by going elsewhere choose first. What fits nowhere goes where most room is left.
     """

@@ -1,4 +1,4 @@
-"""Whether the machine's outline is clear of everything solid, and what it can do where its wish would touch something."""
+"""Whether the machine's outline is clear of everything solid, and what it does where its wish would touch it."""
 
 from math import cos, sin
 
@@ -9,6 +9,10 @@ from .site import Site
 
 LOOKS = 3  # poses looked at within a step
 MARGINS = (0.1, 0.05, 0.0)  # m; how much wider and longer than it is the machine is taken to be, if it can
+
+ROOM = 1.0  # m; more of it is not better
+TURNS = (0.0, 0.5, -0.5, 1.0, -1.0)
+WAYS_OUT = [(steering, speed) for speed in (-0.5, 0.5, -1.0, 1.0, 0.0) for steering in TURNS if steering or speed]
 
 
 class Body:
@@ -47,30 +51,39 @@ class Body:
         return min(x, y, east - x, north - y) < reach or site.gap[site.cell_at(x, y)] < reach
 
     def allowed(self, steering: float, speed: float) -> tuple[float, float]:
-        """The wish if it is free; else half of it, or driving or turning alone, or the way out; else the wish."""
+        """(steering, speed) as wished if free; else half of it or straight on; else what leads away from walls."""
         if not self.near_wall():
             return steering, speed
         pose = self._site.pose
         here = pose["x"], pose["y"], pose["heading"]
         outline = next((outline for outline in self._outlines if self._fits(outline, *here)), self._outlines[-1])
-        ways = [(steering, speed), (0.5 * steering, 0.5 * speed), (steering, 0.0), (0.0, speed), (0.0, 0.4 * speed)]
-        ways += [
-            (-steering, speed),
-            (0.0, -1.0 if speed > 0.0 else 1.0),
-            (0.0, 0.5),
-            (0.0, -0.5),
-            (1.0, 0.0),
-            (-1.0, 0.0),
-        ]
-        return next((way for way in ways if way != (0.0, 0.0) and self._is_free(outline, *way)), (steering, speed))
+        for way in ((steering, speed), (0.5 * steering, 0.5 * speed), (0.0, speed), (0.0, 0.4 * speed)):
+            if way != (0.0, 0.0) and self._is_free(outline, *way):
+                return way
+        free = [way for way in WAYS_OUT if self._is_free(outline, *way)]
+        return max(free, key=lambda way: self._room(outline, *way)) if free else (steering, speed)
+
+    def _room(self, outline: np.ndarray, steering: float, speed: float) -> float:
+        """Least distance [m] of the outline from anything solid after a step, up to `ROOM`."""
+        site, machine, pose = self._site, self._site.machine, self._site.pose
+        turn = steering * machine.yaw_rate * site.period
+        go, middle = speed * machine.speed * site.period, pose["heading"] + 0.5 * turn
+        east, north = cos(pose["heading"] + turn), sin(pose["heading"] + turn)
+        ahead, left = outline
+        x = pose["x"] + go * cos(middle) + ahead * east - left * north
+        y = pose["y"] + go * sin(middle) + ahead * north + left * east
+        border = np.minimum(np.minimum(x, site.extent[0] - x), np.minimum(y, site.extent[1] - y))
+        gap = site.gap[(y // site.grid.cell).astype(int), (x // site.grid.cell).astype(int)]
+        return float(min(border.min(), gap.min(), ROOM))
 
 
 def _outline(site: Site, margin: float) -> np.ndarray:
-    """Points ahead and left of the pivot [2, n] of the blade and of both tracks, `margin` m out from them."""
+    """Points ahead and left of the pivot [2, n] of the blade, both tracks and the tail, `margin` m out from them."""
     blade, machine, step = site.blade, site.machine, 0.5 * site.grid.cell
     wide, long, half = 0.5 * machine.width + margin, 0.5 * machine.length + margin, 0.5 * blade.width + margin
     parts = [_line(blade.reach + margin, -half, blade.reach + margin, half, step)]
-    parts += [_line(-long, side * wide, long, side * wide, step) for side in (-1.0, 1.0)]
+    parts += [_line(-long, side * wide, long, side * wide, step) for side in (-1.0, 0.0, 1.0)]
+    parts.append(_line(-long, -wide, -long, wide, step))
     return np.concatenate(parts).T
 
 

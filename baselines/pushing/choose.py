@@ -15,12 +15,13 @@ from .site import Site
 
 MOST = 200  # cells looked at as the first of a push
 SLANTS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.2, -1.2, 1.5, -1.5)  # rad; off the straight line, where that is shut
+ASIDE = (0.0, 0.16, -0.16, 0.32, -0.32, 0.48, -0.48)  # of the blade's width; how far its middle may pass the first soil
 BEND = 0.3  # rad; more is a sharp bend
 FADING = 0.25  # least share of `min_height` that is looked for when nothing higher is left
 
 
 class Push(NamedTuple):
-    """One push: its `first` soil, the pivot's `approach` and `heading` [rad] at its start, the blade's `way` to its aim."""
+    """One push: its `first` soil, the pivot's `approach` and `heading` [rad], the blade's `way` to its aim."""
 
     first: Point
     approach: Point
@@ -45,7 +46,7 @@ class Candidates(NamedTuple):
 
 
 def choose(site: Site, numbers: Parameters, failed: list[Point]) -> Push | None:
-    """The push that is worth most now, none that begins near a place where one has just `failed`; None if all is done."""
+    """The push that is worth most now, away from where one has just `failed`; None if all is done."""
     places = destinations(site, numbers)
     excess = np.where(site.solid, 0.0, site.excess)
     share = 1.0
@@ -79,6 +80,8 @@ def candidates(
     rows, cols, goal = cells[0][some], cells[1][some], goal[some]
     first = np.stack([site.x[rows, cols], site.y[rows, cols]], axis=1)
     aim = _aims(site, numbers, places, first, goal)
+    if site.solid.any() or site.walled:
+        first = _beside_walls(site, numbers, first, aim)
     approach, ahead, good = _approaches(site, numbers, first, aim)
     for place in failed:
         good &= np.hypot(*(first - place).T) > site.blade.width / 2
@@ -128,8 +131,40 @@ def _balance(site: Site) -> tuple[float, float]:
     return (x1 - x0) / length, (y1 - y0) / length
 
 
+def _beside_walls(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray) -> np.ndarray:
+    """Where the blade's middle begins each push [n, 2]: on the first soil, or so far beside it that it passes walls."""
+    begin, open_way = first.copy(), np.zeros(len(first), bool)
+    for share in ASIDE:
+        way = aim - first
+        left = np.stack([-way[:, 1], way[:, 0]], axis=1) / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+        at = first + share * site.blade.width * left
+        fits = _is_open_lane(site, numbers, at, aim) & ~open_way
+        begin[fits] = at[fits]
+        open_way |= fits
+    return begin
+
+
+def _is_open_lane(site: Site, numbers: Parameters, begin: np.ndarray, aim: np.ndarray) -> np.ndarray:
+    """Whether the blade passes walls and the site's border from `begin` to `aim`, bool [n]."""
+    length = np.maximum(np.hypot(*(aim - begin).T), 1e-9)
+    unit = (aim - begin) / length[:, None]
+    half = 0.5 * site.blade.width + 0.25 * numbers.clearance
+    fits = np.ones(len(begin), bool)
+    if site.walled:
+        ends = begin[:, 0] - half * np.abs(unit[:, 1]), begin[:, 1] - half * np.abs(unit[:, 0])
+        east, north = site.extent
+        fits &= (np.minimum(*ends) >= 0.0) & (begin[:, 0] + half * np.abs(unit[:, 1]) <= east)
+        fits &= begin[:, 1] + half * np.abs(unit[:, 0]) <= north
+    if site.solid.any():
+        dx, dy = site.x[site.solid][None] - begin[:, :1], site.y[site.solid][None] - begin[:, 1:]
+        along, across = dx * unit[:, :1] + dy * unit[:, 1:], dy * unit[:, :1] - dx * unit[:, 1:]
+        met = (np.abs(across) < half + 0.5 * site.grid.cell) & (along > -numbers.back_off)
+        fits &= ~(met & (along < length[:, None] + site.grid.cell)).any(axis=1)
+    return fits
+
+
 def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray):
-    """Start of each push: pivot [n, 2], heading [n, 2], whether the machine can turn there; straight behind if possible."""
+    """Start of each push: pivot [n, 2], heading [n, 2], whether it can turn there; straight behind if possible."""
     straight = np.arctan2(aim[:, 1] - first[:, 1], aim[:, 0] - first[:, 0])
     size, radius = np.array(site.extent), site.turning_radius
     approach, ahead = np.zeros_like(first), np.zeros_like(first)
@@ -160,18 +195,37 @@ def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
     heading = atan2(found.ahead[i, 1], found.ahead[i, 0])
     if len(points) > 1 and is_clear(shut, site.grid.cell, approach, points[0]):
         heading = atan2(points[0][1] - approach[1], points[0][0] - approach[0])
-    return Push(first, approach, heading, points, float(volume[i]))
+    leg = _leg_along_border(site, numbers, first, points[0]) if site.walled else []
+    return Push(first, approach, heading, [first, *leg, *points], float(volume[i]))
+
+
+def _leg_along_border(site: Site, numbers: Parameters, begin: Point, aim: Point) -> list[Point]:
+    """Where a push that begins beside the border leaves it: past the soil along it, which a straight one misses."""
+    (x, y), (east, north), reach = begin, site.extent, site.blade.width
+    borders = (x, site.x), (east - x, east - site.x), (y, site.y), (north - y, north - site.y)
+    beside = min(borders, key=lambda border: border[0])
+    if beside[0] > 0.5 * site.blade.width + site.grid.cell:
+        return []
+    parallel_x = beside[0] in (y, north - y)
+    way, along = (aim[0] - x, site.x - x) if parallel_x else (aim[1] - y, site.y - y)
+    along = along if way > 0.0 else -along
+    there = (beside[1] < 0.5 * reach) & (along > 0.0) & (along < abs(way)) & (site.excess > numbers.min_height)
+    far = float(along[there].max()) if there.any() else 0.0
+    if far < 0.5 * reach:
+        return []
+    step = far if way > 0.0 else -far
+    return [(x + step, y) if parallel_x else (x, y + step)]
 
 
 def _bend(first: Point, points: list[Point]) -> int:
-    """How many of the way points come before the first sharp bend, it included: soil is pushed round that in two goes."""
+    """How many way points there are up to the first sharp bend: soil is pushed round that in two goes."""
     course = [atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise([first, *points])]
     turns = [abs(_wrap(b - a)) > BEND for a, b in pairwise(course)]
     return turns.index(True) + 1 if True in turns else len(points)
 
 
 def swept(site: Site, found: Candidates) -> tuple[np.ndarray, np.ndarray]:
-    """Soil to move [m3] that lies before the blade on its straight way to the aim, and that lies behind it, [n] each."""
+    """Soil to move [m3] before the blade on its straight way to the aim, and behind it; [n] each."""
     r, c = np.nonzero(site.excess > 0.01)
     x, y, soil = site.x[r, c], site.y[r, c], site.excess[r, c] * site.grid.cell**2
     way = found.aim - found.first
@@ -186,7 +240,7 @@ def swept(site: Site, found: Candidates) -> tuple[np.ndarray, np.ndarray]:
 
 
 def layer(site: Site, push: Push, most: float) -> float:
-    """How far over the target the edge stays [m], so that a push takes no more than `most` m3 off what lies on its way."""
+    """How far over the target the edge stays [m], so that a push takes at most `most` m3 off what is on its way."""
     x, y, length = push.first[0], push.first[1], distance(push.first, push.aim)
     east, north = (push.aim[0] - x) / max(length, 1e-9), (push.aim[1] - y) / max(length, 1e-9)
     along, across = (site.x - x) * east + (site.y - y) * north, (site.y - y) * east - (site.x - x) * north
@@ -206,9 +260,10 @@ def _time_there(site: Site, found: Candidates) -> np.ndarray:
     dx, dy = (found.approach - (pose["x"], pose["y"])).T
     far = np.hypot(dx, dy)
     course, end = np.arctan2(dy, dx), np.arctan2(found.ahead[:, 1], found.ahead[:, 0])
-    turns = []
-    for reverse in (0.0, np.pi):
-        turns.append(np.abs(_wrap(course + reverse - pose["heading"])) + np.abs(_wrap(end - course - reverse)))
+    turns = [
+        np.abs(_wrap(course + reverse - pose["heading"])) + np.abs(_wrap(end - course - reverse))
+        for reverse in (0.0, np.pi)
+    ]
     return far / machine.speed + np.minimum(*turns) / machine.yaw_rate
 
 

@@ -1,4 +1,4 @@
-"""The cutting edge: which height over the tracks holds it at a height over the datum, on the ground that will be there."""
+"""The cutting edge: which height over the tracks holds it along the target, on the ground that will be there."""
 
 from math import cos, sin
 from typing import NamedTuple
@@ -53,9 +53,8 @@ def edge_for(site: Site, numbers: Parameters, way: float, rise: float, before: n
     held = planes[:, 0] + planes[:, 1] * site.blade.reach + planes[:, 2] * float(strip.left.mean())
     edge, most = site.pose["edge"], site.machine.edge_rate * site.period
     asked = np.clip(edge + most * TRIES, -site.machine.cut, site.machine.lift)
-    reached = edge + np.clip(
-        asked[:, None] - edge, *(sign * most * np.arange(1, LOOKS + 1) / LOOKS for sign in (-1, 1))
-    )
+    so_far = most * np.arange(1, LOOKS + 1) / LOOKS
+    reached = edge + np.clip(asked[:, None] - edge, -so_far, so_far)
     off = held[None] + reached - wanted[None]
     best = int((off**2).sum(axis=1).argmin())
     return float(asked[best]), float(np.abs(wanted - held - edge).max())
@@ -76,7 +75,7 @@ def _levels(site: Site, numbers: Parameters, strip: Strip, way: float, rise: flo
 
 
 def _planes(site: Site, strip: Strip, wanted: np.ndarray, way: float) -> np.ndarray:
-    """(z, pitch, roll) of the ground under the tracks at each look, [LOOKS, 3], if the blade cuts to what is `wanted`."""
+    """(z, pitch, roll) of the ground under the tracks at each look [LOOKS, 3] if the blade cuts as `wanted`."""
     share = np.concatenate([[0.0], np.arange(1, LOOKS + 1) / LOOKS])
     now = _fit(site, site.height, np.zeros(1))[0]
     edge = now[0] + now[1] * site.blade.reach + site.pose["edge"]

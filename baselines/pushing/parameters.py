@@ -11,7 +11,7 @@ def _number(default: float, least: float, most: float) -> float:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Lengths in m, times in s, angles in rad. Volumes in blade loads: 1 is the rated 0.8 width height^2 of the blade."""
+    """Lengths in m, times in s, angles in rad, volumes in loads: 1 is the rated 0.8 width height^2 of the blade."""
 
     # SELECT
     min_height: float = _number(0.06, 0.01, 0.3)  # soil lower than this above the target is left where it is
@@ -19,46 +19,44 @@ class Parameters:
         0.2, -1.0, 1.0
     )  # worth of a push for every metre that its first soil lies from the goal, loads
     overload: float = _number(0.0, 0.0, 2.0)  # what a load more than one on the push's way takes from its worth
-    perch: float = _number(0.5, 0.0, 2.0)  # what a load under and behind the machine at its start takes from its worth
+    perch: float = _number(1.16, 0.0, 2.0)  # what a load under and behind the machine at its start takes from its worth
     least_gain: float = _number(
         0.5, 0.0, 5.0
     )  # a push that brought less, loads times m, is not begun again for a while
-    travel: float = _number(0.02, 0.0, 0.2)  # what a second on the way to the push takes from its worth, loads
+    travel: float = _number(0.058, 0.0, 0.2)  # what a second on the way to the push takes from its worth, loads
     inset: float = _number(2.0, 0.0, 4.0)  # how far inside the goal a push is aimed
-    centre: float = _number(0.3, 0.0, 1.0)  # 0 aims at the goal's nearest point, 1 at its centre
+    centre: float = _number(0.282, 0.0, 1.0)  # 0 aims at the goal's nearest point, 1 at its centre
     back_off: float = _number(2.6, 1.6, 5.0)  # from the first soil back to the pivot at the start of a push
-    clearance: float = _number(0.2, 0.0, 1.0)  # room beside the blade when it passes something solid
-    mound: float = _number(0.6, 0.1, 3.0)  # soil higher than this above the target is driven round
+    clearance: float = _number(0.13, 0.0, 1.0)  # room beside the blade when it passes something solid
+    mound: float = _number(0.796, 0.1, 3.0)  # soil higher than this above the target is driven round
 
     # NAVIGATE and ALIGN
     carry: float = _number(0.5, 0.1, 1.0)  # height of the edge over the tracks, at most the machine's lift
-    arrive: float = _number(0.4, 0.05, 1.0)  # how near to the start of a push is near enough
-    navigate_limit: float = _number(40.0, 5.0, 120.0)  # after that it gives up and selects anew
+    arrive: float = _number(0.593, 0.05, 1.0)  # how near to the start of a push is near enough
+    navigate_limit: float = _number(15.8, 5.0, 120.0)  # after that it gives up and selects anew
     align_tolerance: float = _number(0.1, 0.01, 0.5)
-    lowered: float = _number(0.1, 0.01, 0.5)  # how near to its height the edge has to be before a push begins
-    align_limit: float = _number(8.0, 2.0, 30.0)
+    lowered: float = _number(0.247, 0.01, 0.5)  # how near to its height the edge has to be before a push begins
+    align_limit: float = _number(2.0, 2.0, 30.0)
 
     # PUSH
     grade: float = _number(0.0, -0.1, 0.1)  # height of the edge over the target surface
     shave: float = _number(0.4, 0.0, 1.0)  # 0 holds the edge at the mean of the targets ahead, 1 at the lowest
     layer: float = _number(4.0, 0.5, 20.0)  # where more lies on the way, loads, the push takes as much off its top
-    full: float = _number(1.0, 0.3, 3.0)  # load from which the blade is raised
-    raise_gain: float = _number(0.1, 0.0, 0.5)  # how far, m for every load too much
-    slow_load: float = _number(0.15, 0.0, 2.0)  # speed is the largest / (1 + slow_load * load)
+    full: float = _number(0.703, 0.3, 3.0)  # load from which the blade is raised
+    raise_gain: float = _number(0.066, 0.0, 0.5)  # how far, m for every load too much
+    slow_load: float = _number(0.0, 0.0, 2.0)  # speed is the largest / (1 + slow_load * load)
     slow_edge: float = _number(1.0, 0.0, 1.0)  # 1: no faster than the blade can follow the ground; 0: heedless
-    min_speed: float = _number(0.3, 0.1, 1.0)  # share of the largest speed that it keeps in any case
-    grading_speed: float = _number(
-        0.5, 0.1, 1.0
-    )  # share of the largest speed that it does not exceed on a design surface
-    gather: float = _number(0.5, 0.0, 1.5)  # share of the way to soil that escapes to a side by which the aim shifts
-    gather_ahead: float = _number(3.0, 0.5, 8.0)  # how far ahead of the blade it looks for such soil
-    lost_share: float = _number(0.8, 0.2, 1.0)  # it selects anew when this share of the largest load has escaped
-    enter: float = _number(1.5, -0.5, 3.0)  # how far inside the goal the blade ends a push
-    push_limit: float = _number(60.0, 5.0, 240.0)
+    min_speed: float = _number(0.345, 0.1, 1.0)  # share of the largest speed that it keeps in any case
+    grading_speed: float = _number(0.5, 0.1, 1.0)  # largest share of its speed on a design surface
+    gather: float = _number(0.411, 0.0, 1.5)  # share of the way to soil that escapes to a side by which the aim shifts
+    gather_ahead: float = _number(2.61, 0.5, 8.0)  # how far ahead of the blade it looks for such soil
+    lost_share: float = _number(0.752, 0.2, 1.0)  # it selects anew when this share of the largest load has escaped
+    enter: float = _number(1.32, -0.5, 3.0)  # how far inside the goal the blade ends a push
+    push_limit: float = _number(77.3, 5.0, 240.0)
 
     # RETREAT
-    retreat: float = _number(1.5, 0.3, 5.0)
-    retreat_limit: float = _number(8.0, 1.0, 30.0)
+    retreat: float = _number(0.755, 0.3, 5.0)
+    retreat_limit: float = _number(13.7, 1.0, 30.0)
 
     def __post_init__(self) -> None:
         """Check every number; raises ValueError with the name, the value and the range."""

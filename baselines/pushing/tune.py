@@ -1,0 +1,90 @@
+"""Random search for the numbers of the adaptive push: `python -m dirt_env.baselines.pushing.tune --trials 60`.
+
+Trains on the layouts of seeds 0 to 999 only; figures are reported on seeds from 10000.
+"""
+
+import argparse
+import sys
+from dataclasses import asdict, fields, replace
+
+import numpy as np
+
+from dirt_env.env import DirtPushEnv
+from dirt_env.policy import load_policy
+
+from .parameters import Parameters, range_of
+
+TRAINING_SEEDS = 1000
+JOBS = ({"level": 1}, {"level": 3}, {"level": 5}, {"scene": "dig"}, {"scene": "posts"}, {"scene": "several_goals"})
+SPREAD = 0.12  # of a number's range; how far a trial goes from the best so far
+CHANGED = 4  # numbers that a trial changes
+
+
+def cost(env: DirtPushEnv, policy, seed: int) -> float:
+    """Mean over the job's nominal time of what is not done yet, 0 to 1: low is fast and complete."""
+    steps = round(env.config.task.time / env.config.task.period)
+    observation, info = env.reset(seed=seed)
+    policy.reset(seed)
+    left, start = 0.0, max(info["grade_error_m"], 1e-9)
+    for _ in range(steps):
+        observation, _, done, _, info = env.step(policy.act(observation))
+        if done:
+            break
+        left += 1.0 - info["share_in_goal"] if env.config.design is None else min(1.0, info["grade_error_m"] / start)
+    return left / steps
+
+
+def trial(best: Parameters, generator: np.random.Generator) -> Parameters:
+    """The best so far with a few numbers changed."""
+    entries = fields(Parameters)
+    changes = {}
+    for i in generator.choice(len(entries), CHANGED, replace=False):
+        least, most = range_of(entries[i])
+        step = SPREAD * (most - least) * generator.standard_normal()
+        changes[entries[i].name] = round(float(np.clip(getattr(best, entries[i].name) + step, least, most)), 3)
+    return replace(best, **changes)
+
+
+def search(trials: int, episodes: int, seed: int, say=sys.stdout.write) -> Parameters:
+    """The best of some trials; every job is played on the same training layouts each time."""
+    generator = np.random.default_rng(seed)
+    seeds = [int(s) for s in generator.choice(TRAINING_SEEDS, episodes, replace=False)]
+    envs = [DirtPushEnv(observation={"map": True}, **job) for job in JOBS]
+    policies = [load_policy("adaptive_push", env.config) for env in envs]
+
+    def total(numbers: Parameters) -> float:
+        costs = []
+        for env, policy in zip(envs, policies, strict=True):
+            policy.parameters = numbers
+            played = seeds if env.config.layout is not None else seeds[:1]
+            costs.append(np.mean([cost(env, policy, s) for s in played]))
+        return float(np.mean(costs))
+
+    best = Parameters()
+    least = total(best)
+    say(f"as it is: {least:.4f}\n")
+    for i in range(trials):
+        tried = trial(best, generator)
+        value = total(tried)
+        if value < least:
+            changed = {k: v for k, v in asdict(tried).items() if v != asdict(best)[k]}
+            best, least = tried, value
+            say(f"trial {i + 1}: {least:.4f} with {changed}\n")
+    return best
+
+
+def main() -> None:
+    """Search, and say which defaults to write into `parameters.py`."""
+    parser = argparse.ArgumentParser("tune", description="Random search for the numbers of the adaptive push.")
+    parser.add_argument("--trials", type=int, default=60)
+    parser.add_argument("--episodes", type=int, default=6, help="layouts of each random job")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    found, before = asdict(search(options.trials, options.episodes, options.seed)), asdict(Parameters())
+    for name, value in found.items():
+        if value != before[name]:
+            sys.stdout.write(f"{name} = {value:g} (was {before[name]:g})\n")
+
+
+if __name__ == "__main__":
+    main()
