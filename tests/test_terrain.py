@@ -25,13 +25,15 @@ def started(**options):
 @pytest.mark.parametrize("scene", scene_names())
 def test_every_shipped_scene_runs_with_the_same_spaces_and_infos(scene):
     cells, field = (gym.make("DirtPush-v0", scene=scene, **more) for more in ({"terrain": "voxel"}, {}))
-    assert cells.observation_space == field.observation_space and cells.action_space == field.action_space
+    assert cells.observation_space == field.observation_space
+    assert cells.action_space == field.action_space
     (seen, info), (seen_field, info_field) = cells.reset(seed=5), field.reset(seed=5)
     assert set(info) == set(info_field)
     np.testing.assert_allclose(seen["patch"], seen_field["patch"], atol=0.3)
     for _ in range(5):
         seen, reward, *_, info = cells.step(PUSH)
-        assert cells.observation_space.contains(seen) and np.isfinite(reward)
+        assert cells.observation_space.contains(seen)
+        assert np.isfinite(reward)
     assert set(info["reward"]) == {"work", "energy", "time", "spill", "success"}
 
 
@@ -98,6 +100,24 @@ def test_other_readings_run_in_the_environment():
     for _ in range(3):
         env.step(PUSH)
     assert volume(env.episode.world.voxels, 0.5) == pytest.approx(before, rel=1e-12)
+
+
+@pytest.mark.parametrize("view", ["surface", "cells"])
+def test_the_pictures_of_figure_1(view):
+    env = started(level=0, view=view, render_mode="rgb_array")
+    before = env.render()
+    assert before.dtype == np.uint8
+    assert before.shape[1:] == (640, 3)
+    np.testing.assert_array_equal(before, env.render())
+    for _ in range(8):
+        env.step(PUSH)
+    assert (env.render() != before).any(axis=2).sum() > 200
+
+
+def test_cells_are_shown_of_cells_only():
+    with pytest.raises(ValueError, match='view is .cells.; allowed: top, surface, and cells with terrain "voxel"'):
+        DirtPushEnv(view="cells")
+    assert DirtPushEnv(view="surface").config.terrain.kind == "heightfield"
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ _CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
 
 
 class Faces(NamedTuple):
-    """Convex quadrilaterals: `points` f8[n, 4, 3] m, `colors` f8[n, 3], `near` f8[n] m to draw them earlier or later."""
+    """Convex quadrilaterals: `points` f8[n, 4, 3] m, `colors` f8[n, 3], `near` f8[n] m to draw them later."""
 
     points: np.ndarray
     colors: np.ndarray

@@ -27,8 +27,8 @@ class VoxelWorld(NamedTuple):
 
     `height` f4[rows, cols] m is the soil of each column put on a heap, fill in transit too, so that its sum is the
     volume; `surface` f4[rows, cols] m is the paper's. They differ only where soil is in the air or on a constraint:
-    there the machine stands on `height`, for a few grains on the blade's constraints, a metre up, lift no track. The rest are
-    the cells, see `Voxels`.
+    there the machine stands on `height`, for a few grains on the blade's constraints, a metre up, lift no track. The
+    rest are the cells, see `Voxels`.
     """
 
     height: np.ndarray
