@@ -115,7 +115,7 @@ def test_the_pictures_of_figure_1(view):
 
 
 def test_cells_are_shown_of_cells_only():
-    with pytest.raises(ValueError, match='view is .cells.; allowed: top, surface, and cells with terrain "voxel"'):
+    with pytest.raises(ValueError, match=r'view is .cells.; allowed: top, surface, and cells with terrain "voxel"'):
         DirtPushEnv(view="cells")
     assert DirtPushEnv(view="surface").config.terrain.kind == "heightfield"
 
