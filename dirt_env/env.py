@@ -19,6 +19,7 @@ from dirt_env.task.observation import read_pose
 from dirt_env.task.reward import TERMS
 
 RESET_OPTIONS = ("layout_seed", "pose")
+VIEWS = ("top", "surface", "cells")
 
 
 class DirtPushEnv(gymnasium.Env):
@@ -107,8 +108,13 @@ class DirtPushEnv(gymnasium.Env):
 
     ## Arguments
     `scene`: name of a shipped scene, path of a TOML file, or a mapping (default "heap"). `render_mode`: None,
-    "rgb_array" or "human". Everything else overrides a table or key of the scene, as in
+    "rgb_array" or "human". `view`: what `render` shows: "top" (a map), "surface" (the surface with the machine, seen
+    obliquely) or "cells" (the cells of `terrain="voxel"` with partly filled tops). Everything else overrides a table or
+    key of the scene, as in
     `gymnasium.make("DirtPush-v0", scene="heap", level=2, soil={"repose": 30}, observation={"size": 48})`.
+
+    `terrain="voxel"` puts the paper's three-dimensional grid of cells in place of the height field: everything above
+    stays the same but the dynamics, which docs/paper.md describes.
 
     ## Versions
     v0: first.
@@ -116,13 +122,18 @@ class DirtPushEnv(gymnasium.Env):
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
 
-    def __init__(self, render_mode: str | None = None, scene: Any = "heap", **overrides: Any) -> None:
+    def __init__(
+        self, render_mode: str | None = None, scene: Any = "heap", view: str = "top", **overrides: Any
+    ) -> None:
         """Read and check the scene; raises ValueError that names what is wrong and what is allowed."""
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
             raise ValueError(f"render_mode is {render_mode!r}; allowed: None, {', '.join(modes)}")
         self.render_mode = render_mode
         self.config = load(scene, **overrides)
+        if view not in VIEWS or (view == "cells" and self.config.terrain.kind != "voxel"):
+            raise ValueError(f'view is {view!r}; allowed: {", ".join(VIEWS[:2])}, and cells with terrain "voxel"')
+        self._view = view
         self._observer = Observer(self.config)
         self._weights = tuple((name, getattr(self.config.reward, name)) for name in TERMS)
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
@@ -170,8 +181,7 @@ class DirtPushEnv(gymnasium.Env):
         if self.render_mode is None:
             gymnasium.logger.warn("render() without a render_mode; make the environment with one of rgb_array, human")
             return None
-        world = self.episode.world
-        frame = self.picture.frame(world.height, world.machine[0])
+        frame = self._frame()
         if self.render_mode == "rgb_array":
             return frame
         if self._window is None:
@@ -194,9 +204,25 @@ class DirtPushEnv(gymnasium.Env):
             raise ResetNeeded("Cannot call env.step() or env.render() before calling env.reset()")
         return self._episode
 
+    def _frame(self) -> np.ndarray:
+        """The picture that the view asks for."""
+        world = self.episode.world
+        if self._view == "top":
+            return self.picture.frame(world.height, world.machine[0])
+        if self._view == "surface":
+            return self.picture.surface(getattr(world, "surface", world.height), world.machine[0])
+        return self.picture.cells(world.fill[1:-1, 1:-1, 1:-1], world.bottom, world.dy, world.machine[0])
+
     @property
     def picture(self) -> Any:
         """Draws the site of the current episode."""
+        if self._picture is None and self._view != "top":
+            from dirt_env.render.oblique import ObliquePicture
+
+            place, config = self.episode.layout, self.config
+            regions = {name: getattr(place, name) for name in ("start", "goal", "design", "solid")}
+            sizes = config.blade, config.machine
+            self._picture = ObliquePicture(config.grid.cell, regions, place.target, *sizes)
         if self._picture is None:
             from dirt_env.render.picture import Picture
 

@@ -6,13 +6,19 @@ import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.scene.layout import Layout
-from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.params import Grid
-from dirt_env.sim.state import WORK_SPACE, World, make_world, quantum_for, work_space
 from dirt_env.task.actions import decode
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
 from dirt_env.task.reward import reward_terms, scale_of
+from dirt_env.terrain import (
+    AnyWorld,
+    Stepper,
+    begin_world,
+    check_ranges,
+    tree_of_world,
+    world_form,
+    world_of_tree,
+)
 
 
 class Totals(NamedTuple):
@@ -28,12 +34,12 @@ class Episode:
     """A world and its job, from the start to the end; `act` is one control step."""
 
     def __init__(
-        self, config: SceneConfig, layout: Layout, world: World, job: Job, start: Remaining, totals: Totals
+        self, config: SceneConfig, layout: Layout, world: AnyWorld, job: Job, start: Remaining, totals: Totals
     ) -> None:
         """Take up a world as it is; see `begin` for a new one and `from_tree` for a kept one."""
         self.layout, self.world, self.job, self.start, self.totals = layout, world, job, start, totals
         self._config = config
-        self._constants = config.grid, config.soil, config.blade, config.machine
+        self._advance = Stepper(config)
         self._gauge = Gauge(job, config.grid.cell)
         self.remaining = self._gauge.measure(world.height)
         self.finished = self._is_finished()
@@ -43,9 +49,7 @@ class Episode:
     def begin(cls, config: SceneConfig, layout: Layout) -> Self:
         """Start of an episode: ground settled, machine in its place. Raises ValueError where it cannot stand there."""
         grid, blade = config.grid, config.blade
-        world = make_world(layout.height, grid, layout.solid, config.site.border == "open")
-        settle(world, grid, config.soil)
-        place(world, grid, config.soil, blade, config.machine, *layout.pose)
+        world = begin_world(config, layout)
         if config.has_walls and layout.solid is None:  # the channel has to be there all the same
             layout = layout._replace(solid=np.zeros(layout.goal.shape, bool))
         limit = config.observation.height_limit
@@ -74,7 +78,7 @@ class Episode:
         """One control step; returns the reward's terms. Raises ValueError, and does nothing, if the action is bad."""
         world, period = self.world, self._config.task.period
         before, was_finished = self.remaining, self.finished
-        advance(world, *self._constants, decode(action, self._constants[3]), period)
+        self._advance(world, decode(action, self._config.machine), period)
         self.remaining = after = self._gauge.measure(world.height, world.changed)
         self.finished = finished = self._is_finished()
         world.changed[:] = 0
@@ -107,7 +111,7 @@ class Episode:
         """Everything that the future depends on, for `dirt_env.snapshot`."""
         return {
             "layout": self.layout._asdict(),
-            "world": {name: part for name, part in self.world._asdict().items() if name not in WORK_SPACE},
+            "world": tree_of_world(self.world),
             "job": self.job._asdict(),
             "start": self.start._asdict(),
             "totals": self.totals._asdict(),
@@ -117,8 +121,8 @@ class Episode:
     def from_tree(cls, config: SceneConfig, tree: dict[str, Any]) -> Self:
         """The episode that `to_tree` described, of a tree that has the `tree_form`; ValueError where it cannot be."""
         layout = Layout(**{**tree["layout"], "pose": tuple(tree["layout"]["pose"])})
-        world = World(**tree["world"], **work_space(tree["world"]["height"]))
-        _check_ranges(world, layout, config.grid)
+        world = world_of_tree(config, tree["world"])
+        check_ranges(config, world, layout)
         return cls(config, layout, world, Job(**tree["job"]), Remaining(**tree["start"]), Totals(**tree["totals"]))
 
 
@@ -128,28 +132,11 @@ def tree_form(config: SceneConfig) -> dict[str, Any]:
     ground, mask, f4 = np.empty(shape), np.empty(shape, bool), np.empty(shape, np.float32)
     solid = mask if config.has_walls else None
     layout = Layout(ground, ground, mask, mask, (None, mask), solid, [float] * 3, float, float)
-    world = make_world(np.zeros(shape), config.grid, None, config.site.border == "open")._asdict()
-    world |= {"solid": (None, solid), "quantum": float}
     job = Job(f4, f4, f4, f4, f4, (None, f4), f4, f4, solid, np.empty((0, 2)), float, float, float, float)
     return {
         "layout": layout._asdict(),
-        "world": {name: part for name, part in world.items() if name not in WORK_SPACE},
+        "world": world_form(config),
         "job": job._asdict(),
         "start": dict.fromkeys(Remaining._fields, float),
         "totals": {**dict.fromkeys(Totals._fields, float), "steps": int},
     }
-
-
-def _check_ranges(world: World, layout: Layout, grid: Grid) -> None:
-    """Raise ValueError for a world whose numbers would lead out of its arrays, or whose quantum is another one."""
-    machine, width, depth = world.machine[0], grid.cols * grid.cell, grid.rows * grid.cell
-    if not (0.0 <= machine.x <= width and 0.0 <= machine.y <= depth):
-        allowed = f"0..{width:g} m x 0..{depth:g} m"
-        raise ValueError(f"state has the machine at x {machine.x:g} m, y {machine.y:g} m; allowed: {allowed}")
-    for name in ("changed", "pending"):
-        r0, r1, c0, c1 = bounds = getattr(world, name).tolist()
-        if not all(0 <= n <= grid.rows for n in (r0, r1)) or not all(0 <= n <= grid.cols for n in (c0, c1)):
-            raise ValueError(f"state has the window {name} {bounds}; allowed: 0..{grid.rows} rows, 0..{grid.cols} cols")
-    quantum = quantum_for(grid.cell, float(np.abs(layout.height).max()))
-    if world.quantum != quantum:
-        raise ValueError(f"state has the quantum {world.quantum!r} m; allowed: {quantum!r} m")

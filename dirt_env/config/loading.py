@@ -12,6 +12,7 @@ from dirt_env.config import consistency, episode
 from dirt_env.config.rules import join, known_keys
 from dirt_env.config.scene import FIELDS, SceneConfig
 from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
+from dirt_env.config.terrain import HeightField
 from dirt_env.scene import survey
 from dirt_env.scene.ground import Flat
 from dirt_env.scene.sampling import LEVELS
@@ -55,6 +56,8 @@ def merge(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
     result = dict(below)
     for key, value in above.items():
         old = result.get(key)
+        if isinstance(value, Mapping) and key == "terrain" and isinstance(old, str):
+            old = {"kind": old}
         if value is None:
             result.pop(key, None)
         elif (
@@ -128,6 +131,7 @@ def _build(name: str, folder: Path, written: dict[str, Any]) -> SceneConfig:
         "description": "",
         "site": Site(),
         "ground": Flat(),
+        "terrain": HeightField(),
         "soil": Soil(),
         "blade": Blade(),
         "machine": Machine(),

@@ -115,9 +115,9 @@ class Points(Rule):
 
 @dataclass(frozen=True)
 class Choice(Rule):
-    """One of a few words."""
+    """One of a few words or numbers."""
 
-    words: tuple[str, ...]
+    words: tuple[str | int, ...]
 
     def read(self, value, key, folder):
         if value not in self.words:
@@ -126,7 +126,7 @@ class Choice(Rule):
 
     def allowed(self) -> str:
         """The words."""
-        return ", ".join(f'"{word}"' for word in self.words)
+        return ", ".join(f'"{word}"' if isinstance(word, str) else str(word) for word in self.words)
 
 
 @dataclass(frozen=True)
@@ -228,6 +228,17 @@ class Kinds(Rule):
 
     def write(self, value):
         return {"kind": value.kind, **self.tables[value.kind].write(value)}
+
+
+@dataclass(frozen=True)
+class Named(Kinds):
+    """The same; the kind's name alone stands for a table with nothing else in it."""
+
+    def read(self, value, key, folder):
+        if isinstance(value, str):
+            Choice(tuple(self.tables)).read(value, key, folder)
+            value = {"kind": value}
+        return super().read(value, key, folder)
 
 
 @dataclass(frozen=True)

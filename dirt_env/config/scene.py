@@ -5,6 +5,7 @@ from math import ceil
 from typing import Any
 
 from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
+from dirt_env.config.terrain import Terrain
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Ground, Start
 from dirt_env.scene.layout import Setting
@@ -23,6 +24,7 @@ class SceneConfig:
     description: str
     site: Site
     ground: Ground
+    terrain: Terrain
     soil: Soil
     blade: Blade
     machine: Machine

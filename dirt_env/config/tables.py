@@ -13,6 +13,7 @@ from dirt_env.config.rules import (
     Flag,
     Kinds,
     Many,
+    Named,
     Number,
     Points,
     Rule,
@@ -21,6 +22,7 @@ from dirt_env.config.rules import (
     Text,
     Vector,
 )
+from dirt_env.config.terrain import HeightField, VoxelGrid
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Start
 from dirt_env.scene.ground import Flat, Mounds, Ridge, Rough
@@ -29,6 +31,7 @@ from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
 from dirt_env.sim.params import Blade, Machine, Soil
+from dirt_env.sim.voxel_state import LARGEST_LIFE
 
 
 @dataclass(frozen=True)
@@ -251,11 +254,36 @@ OBSERVATION = Table(
 
 REWARD = Table(Reward, dict.fromkeys(("work", "energy", "time", "spill", "success"), WEIGHT))
 
+TERRAIN = Named(
+    {
+        "heightfield": Table(HeightField, {}),
+        "voxel": Table(
+            VoxelGrid,
+            {
+                "dy": METRES,
+                "depth": Number(0, unit="m"),
+                "headroom": Number(0, unit="m"),
+                "updates_per_second": Number(0, 10000),
+                "required_difference": Number(0),
+                "transfer_rate": Number(0, 1),
+                "life": Number(0, LARGEST_LIFE, "updates", whole=True),
+                "exact": Flag(),
+                "neighbours": Choice((4, 8)),
+                "reads": Choice(("snapshot", "in place")),
+                "sinking": Choice(("at once", "in transit")),
+                "rise_into_constraint": Flag(),
+            },
+        ),
+    },
+    default="heightfield",
+)
+
 SCENE: dict[str, Rule] = {
     "name": Text(),
     "description": Text(),
     "site": SITE,
     "ground": GROUND,
+    "terrain": TERRAIN,
     "soil": SOIL,
     "blade": BLADE,
     "machine": MACHINE,

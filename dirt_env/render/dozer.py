@@ -42,8 +42,8 @@ class Dozer:
 
     def __init__(self, blade: Blade, machine: Machine):
         self.blade, self.machine = blade, machine
-        self._tracks = _tracks(machine)
-        self._body = _body(machine)
+        self._tracks = track_parts(machine)
+        self._body = body_parts(machine)
         front, back = max(blade.reach + 0.2, machine.length / 2), -machine.length / 2
         self._middle = (front + back) / 2
         self._radius = hypot((front - back) / 2, max(blade.width, machine.width) / 2) + 0.35
@@ -132,14 +132,15 @@ class Dozer:
         blend(patch, 0.35 * coverage((ridge - 0.35 * thick) * view.scale) * coverage(far), _BLACK)
 
 
-def _tracks(machine: Machine) -> tuple[Part, ...]:
+def track_parts(machine: Machine) -> tuple[Part, ...]:
+    """The two tracks."""
     half, wide = machine.length / 2, 0.125 * machine.width
     return tuple(
         Part((0.0, side * (machine.width / 2 - wide)), (half, wide), 0.1, _RUBBER, 0.6, True) for side in (-1.0, 1.0)
     )
 
 
-def _body(machine: Machine) -> tuple[Part, ...]:
+def body_parts(machine: Machine) -> tuple[Part, ...]:
     """Chassis, engine hood with grille and exhaust, cab with roof: lengths as shares of the machine's."""
     long, wide = machine.length, machine.width
     return (

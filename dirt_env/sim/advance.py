@@ -32,6 +32,15 @@ def measure_load(height, solid, pose, cell, soil, blade):
 
 
 @kernel
+def work_of_way(height, solid, pose, cell, soil, blade, way):
+    """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J]."""
+    plane = pose.z + pose.pitch * blade.reach
+    side = 1 if way > 0 else -1
+    load, pushed = load_ahead(height, solid, blade_line(pose, blade), cell, soil.slope, plane, side)
+    return push_work(load, soil.density, soil.friction, way) if pushed else 0.0
+
+
+@kernel
 def move_soil(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals):
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
@@ -85,10 +94,7 @@ def step(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
         )
         if touches and went != 0.0:
-            plane = pose.z + pose.pitch * blade.reach
-            load, pushed = load_ahead(height, solid, new, cell, soil.slope, plane, 1 if went > 0 else -1)
-            if pushed:
-                work += push_work(load, soil.density, soil.friction, went)
+            work += work_of_way(height, solid, pose, cell, soil, blade, went)
     measure_load(height, solid, pose, cell, soil, blade)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
