@@ -13,8 +13,8 @@ WORKERS ?= 2
 # Say where a smaller, CPU-only build of torch is to be had (an index for pip), if you do not want the default one.
 TORCH_INDEX ?=
 OLDEST = gymnasium==1.2.2
-# Tests of these let soil slump for thousands of sweeps, which takes minutes in plain Python.
-MANY_SWEEPS = tests/sim/test_slump.py tests/sim/test_advance.py
+# Tests of these let soil move for thousands of sweeps or updates, which takes minutes in plain Python.
+MANY_SWEEPS = tests/sim/test_slump.py tests/sim/test_advance.py tests/sim/test_voxel.py tests/sim/test_voxel_advance.py
 
 environment = @PYTHON="$(PYTHON)" sh .ci/environment
 pytest = .venv/test/bin/python -m pytest
