@@ -203,7 +203,7 @@ def test_the_load_is_the_soil_ahead_above_edge_and_tracks():
     blade = line_at(10.9, 10.0, 0.0)
     assert load_ahead(world.height, None, blade, 0.5, K, 0.1, 1) == (pytest.approx(8 * 0.5 * 0.25), True)
     assert load_ahead(world.height, None, blade._replace(edge=0.4), 0.5, K, 0.1, 1)[0] == pytest.approx(8 * 0.2 * 0.25)
-    assert load_ahead(world.height, None, blade._replace(x=10.3), 0.5, K, 0.1, 1) == (pytest.approx(1.0), False)
+    assert load_ahead(world.height, None, blade._replace(x=10.3), 0.5, K, 0.1, 1) == (pytest.approx(0.5), False)
     assert load_ahead(world.height, None, blade, 0.5, K, 0.1, -1) == (0, False)
     behind = blade._replace(x=12.1)
     assert load_ahead(world.height, None, behind, 0.5, K, 0.1, -1) == (pytest.approx(1.0), True)
