@@ -121,7 +121,7 @@ def test_the_second_process_compiles_nothing(plough):
 
 def test_editing_a_law_in_another_module_changes_the_result(plough):
     plough.run(TOTAL)
-    plough.law.write_text(LAW.replace("2.0", "5.0"))
+    plough.law.write_text(LAW.replace("2.0", "5.00"))
     assert plough.run(TOTAL) == [[15.0, 1]]
 
 
