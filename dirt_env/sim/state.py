@@ -26,10 +26,9 @@ TALLY = np.dtype(
     )
 )
 
-GROWTH, GROWTH_CELLS = (
-    8.0,
-    2000.0,
-)  # m, and cells: as far as ground may pile up or be dug with exact volume, and four times
+# The ground may pile up or be dug four times as far as it reaches at the start and this much more, with exact volume.
+GROWTH = 8.0  # m
+GROWTH_CELLS = 2000.0  # and no more cells than this, start included
 MANTISSA = 24  # bits of a float32 significand: heights are multiples of a quantum below 2**24 of them
 BUFFERS = 9  # rows of the packed window, named in `window`
 WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold nothing between two steps
