@@ -1,7 +1,7 @@
 """`DirtPush-v0`: a machine with a blade moves soil to where it belongs."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, ClassVar, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from dirt_env.arguments import read_options
 from dirt_env.config import layout as draw_layout
 from dirt_env.config import load
 from dirt_env.episode import Episode, tree_form
@@ -19,7 +20,6 @@ from dirt_env.task.reward import TERMS
 from dirt_env.task.step import FIRST_TERM, INFO, REWARD, SUCCESS
 from dirt_env.worlds import Worlds
 
-RESET_OPTIONS = ("layout_seed", "pose")
 VIEWS = ("top", "surface", "cells")
 NOT_RESET = "Cannot call env.step() or env.render() before calling env.reset()"
 
@@ -128,16 +128,26 @@ class DirtPushEnv(gymnasium.Env):
         self, render_mode: str | None = None, scene: Any = "heap", view: str = "top", **overrides: Any
     ) -> None:
         """Read and check the scene; raises ValueError that names what is wrong and what is allowed."""
-        self._join(Worlds([load(scene, **overrides)]), 0, render_mode, view)
+        worlds = Worlds([load(scene, **overrides)])
+        self._join(worlds, 0, _spaces(worlds), render_mode, view)
 
     @classmethod
-    def one_of(cls, worlds: Worlds, index: int, render_mode: str | None = None, view: str = "top") -> Self:
-        """The environment of one world of a batch; it steps and resets that world, in the batch's arrays."""
-        env = cls.__new__(cls)
-        env._join(worlds, index, render_mode, view)
-        return env
+    def all_of(cls, worlds: Worlds, render_mode: str | None = None, view: str = "top") -> list[Self]:
+        """The environments of the worlds of a batch; each steps and resets its world, in the batch's arrays."""
+        envs, shared = [cls.__new__(cls) for _ in worlds.configs], _spaces(worlds)
+        for index, env in enumerate(envs):
+            env._join(worlds, index, shared, render_mode, view)
+        return envs
 
-    def _join(self, worlds: Worlds, index: int, render_mode: str | None, view: str) -> None:
+    def _join(
+        self,
+        worlds: Worlds,
+        index: int,
+        both: tuple[spaces.Box, spaces.Dict],
+        render_mode: str | None,
+        view: str,
+    ) -> None:
+        """Be the environment of world `index`."""
         self._worlds, self._index = worlds, index
         self.config = worlds.configs[index]
         modes = self.metadata["render_modes"]
@@ -146,10 +156,7 @@ class DirtPushEnv(gymnasium.Env):
         if view not in VIEWS or (view == "cells" and self.config.terrain.kind != "voxel"):
             raise ValueError(f'view is {view!r}; allowed: {", ".join(VIEWS[:2])}, and cells with terrain "voxel"')
         self.render_mode, self._view = render_mode, view
-        self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
-        self.observation_space = spaces.Dict(
-            {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in worlds.observer.bounds.items()}
-        )
+        self.action_space, self.observation_space = both
         self._picture = self._window = None
 
     def reset(
@@ -165,8 +172,8 @@ class DirtPushEnv(gymnasium.Env):
 
     def begin(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Episode:
         """The start of an episode as `reset` draws it, for `put`; only the generator has changed then."""
-        layout_seed, pose = _read_options(options)
-        with self._generator_kept_on_error():
+        layout_seed, pose = read_options(options)
+        with self.generator_kept_on_error():
             super().reset(seed=seed)
             generator = self.np_random if layout_seed is None else np.random.default_rng(layout_seed)
             layout = draw_layout(self.config, generator)
@@ -282,12 +289,16 @@ class DirtPushEnv(gymnasium.Env):
     def take_up(self, episode: Episode, generator: dict[str, Any], seed: int | None) -> None:
         """Go on from an episode, with a generator in that state and the seed it was made from."""
         self._worlds.put(self._index, episode)
+        self.take_over(generator, seed)
+
+    def take_over(self, generator: dict[str, Any], seed: int | None) -> None:
+        """Go on with a generator in that state; the world itself has been replaced."""
         self.np_random.bit_generator.state = generator
         self._np_random_seed = seed
         self._picture = None
 
     @contextmanager
-    def _generator_kept_on_error(self) -> Iterator[None]:
+    def generator_kept_on_error(self) -> Iterator[None]:
         """Leave the generator as it was if what is done meanwhile raises."""
         generator, seed = self._np_random, self._np_random_seed
         state = None if generator is None else generator.bit_generator.state
@@ -302,6 +313,12 @@ class DirtPushEnv(gymnasium.Env):
     def __getstate__(self) -> dict[str, Any]:
         """What pickle and deepcopy take along: everything but what was only drawn."""
         return {**self.__dict__, "_picture": None, "_window": None}
+
+
+def _spaces(worlds: Worlds) -> tuple[spaces.Box, spaces.Dict]:
+    """Action and observation space of one world."""
+    parts = {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in worlds.observer.bounds.items()}
+    return spaces.Box(-1.0, 1.0, (3,), np.float32), spaces.Dict(parts)
 
 
 def _info(figures: list[float]) -> dict[str, Any]:
@@ -324,29 +341,3 @@ def _checked(generator: np.random.Generator, state: dict[str, Any]) -> dict[str,
 def _fingerprint(config: Any) -> str:
     """The configuration as text."""
     return json.dumps(config.to_dict(), sort_keys=True)
-
-
-def _read_options(options: dict[str, Any] | None) -> tuple[int | None, tuple[float, float, float] | None]:
-    """The reset options layout_seed and pose; raises ValueError for any other."""
-    if options is None:
-        return None, None
-    if not isinstance(options, Mapping):
-        raise ValueError(f"reset options are {options!r}; allowed: None or a mapping of {', '.join(RESET_OPTIONS)}")
-    for name in options:
-        if name not in RESET_OPTIONS:
-            raise ValueError(f"reset option {name!r} is unknown; known: {', '.join(RESET_OPTIONS)}")
-    seed, pose = options.get("layout_seed"), options.get("pose")
-    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
-        raise ValueError(f"reset option layout_seed is {seed!r}; allowed: an integer >= 0")
-    return seed, None if pose is None else _read_pose_option(pose)
-
-
-def _read_pose_option(pose: Any) -> tuple[float, float, float]:
-    """The reset option pose; raises ValueError if it is not three finite numbers."""
-    try:
-        values = np.asarray(pose, np.float64)
-    except (ArithmeticError, TypeError, ValueError):
-        values = np.empty(0)
-    if values.shape != (3,) or not np.isfinite(values).all():
-        raise ValueError(f"reset option pose is {pose!r}; allowed: x m, y m, heading rad")
-    return tuple(values.tolist())

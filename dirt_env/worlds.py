@@ -24,6 +24,7 @@ from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, t
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
+FIXED = ("job", "scenes")  # of a batch, during an episode
 BUSY = np.zeros(1, bool)  # one world that is not idle
 
 
@@ -90,6 +91,22 @@ class Worlds:
         start, totals = Remaining(*record["start"].item()), Totals(*record["totals"].item())
         remaining = Remaining(*batch.remaining[index].tolist())
         return Episode(self.layouts[index], self._world(index), job, start, totals, remaining)
+
+    def copy(self, sources: Sequence[int], targets: Sequence[int]) -> None:
+        """Let worlds `targets` be as worlds `sources` are, one for one; ValueError where their scenes differ."""
+        for source, target in zip(sources, targets, strict=True):
+            one, other = self.configs[source], self.configs[target]
+            if one is not other and one != other:
+                raise ValueError(f"worlds {source} and {target} have different scenes; allowed: copies of the same")
+        layouts = [self.layouts[source] for source in sources]
+        new = [k for k, target in enumerate(targets) if self.layouts[target] is not layouts[k]]
+        parts = [(array, sources, targets) for name, array in self.batch._asdict().items() if name not in FIXED]
+        parts += [(array, [sources[k] for k in new], [targets[k] for k in new]) for array in self.batch.job]
+        for array, wanted, there in parts:
+            if array is not None:
+                array[there] = array[wanted]
+        for target, layout in zip(targets, layouts, strict=True):
+            self.layouts[target] = layout
 
     def step(self, index: int, action: Any) -> tuple[dict[str, np.ndarray], list[float]]:
         """One control step of one world: observation and FIGURES; ValueError, and nothing changes, for a bad action."""
