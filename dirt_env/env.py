@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import gymnasium
 import numpy as np
@@ -13,13 +13,15 @@ from gymnasium.error import ResetNeeded
 from dirt_env.config import layout as draw_layout
 from dirt_env.config import load
 from dirt_env.episode import Episode, tree_form
-from dirt_env.observer import Observer
 from dirt_env.snapshot import check, pack, unpack
 from dirt_env.task.observation import read_pose
 from dirt_env.task.reward import TERMS
+from dirt_env.task.step import FIRST_TERM, INFO, REWARD, SUCCESS
+from dirt_env.worlds import Worlds
 
 RESET_OPTIONS = ("layout_seed", "pose")
 VIEWS = ("top", "surface", "cells")
+NOT_RESET = "Cannot call env.step() or env.render() before calling env.reset()"
 
 
 class DirtPushEnv(gymnasium.Env):
@@ -126,21 +128,28 @@ class DirtPushEnv(gymnasium.Env):
         self, render_mode: str | None = None, scene: Any = "heap", view: str = "top", **overrides: Any
     ) -> None:
         """Read and check the scene; raises ValueError that names what is wrong and what is allowed."""
+        self._join(Worlds([load(scene, **overrides)]), 0, render_mode, view)
+
+    @classmethod
+    def one_of(cls, worlds: Worlds, index: int, render_mode: str | None = None, view: str = "top") -> Self:
+        """The environment of one world of a batch; it steps and resets that world, in the batch's arrays."""
+        env = cls.__new__(cls)
+        env._join(worlds, index, render_mode, view)
+        return env
+
+    def _join(self, worlds: Worlds, index: int, render_mode: str | None, view: str) -> None:
+        self._worlds, self._index = worlds, index
+        self.config = worlds.configs[index]
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
             raise ValueError(f"render_mode is {render_mode!r}; allowed: None, {', '.join(modes)}")
-        self.render_mode = render_mode
-        self.config = load(scene, **overrides)
         if view not in VIEWS or (view == "cells" and self.config.terrain.kind != "voxel"):
             raise ValueError(f'view is {view!r}; allowed: {", ".join(VIEWS[:2])}, and cells with terrain "voxel"')
-        self._view = view
-        self._observer = Observer(self.config)
-        self._weights = tuple((name, getattr(self.config.reward, name)) for name in TERMS)
+        self.render_mode, self._view = render_mode, view
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
         self.observation_space = spaces.Dict(
-            {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in self._observer.bounds.items()}
+            {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in worlds.observer.bounds.items()}
         )
-        self._episode: Episode | None = None
         self._picture = self._window = None
 
     def reset(
@@ -150,6 +159,12 @@ class DirtPushEnv(gymnasium.Env):
 
         Raises ValueError, and changes neither the episode nor the generator, if an option is bad.
         """
+        self.put(self.begin(seed, options))
+        seen, figures = self._worlds.look(self._index)
+        return seen, _info(figures)
+
+    def begin(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Episode:
+        """The start of an episode as `reset` draws it, for `put`; only the generator has changed then."""
         layout_seed, pose = _read_options(options)
         with self._generator_kept_on_error():
             super().reset(seed=seed)
@@ -157,24 +172,26 @@ class DirtPushEnv(gymnasium.Env):
             layout = draw_layout(self.config, generator)
             if pose is not None:
                 layout = layout._replace(pose=pose)
-            self._episode = Episode.begin(self.config, layout)
+            return Episode.begin(self.config, layout)
+
+    def put(self, episode: Episode) -> None:
+        """Go on from an episode."""
+        self._worlds.put(self._index, episode)
         self._picture = None
         if self.render_mode == "human":
             self.render()
-        return self._observer.look(self._episode), self._episode.info()
 
     def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """One control step of `task.period` seconds; raises ValueError, and changes nothing, if the action is bad."""
-        episode = self.episode
-        terms = episode.act(action)
-        info = episode.info()
-        info["reward"] = terms
-        reward = 0.0
-        for name, weight in self._weights:
-            reward += weight * terms[name]
+        worlds, index = self._worlds, self._index
+        if worlds.layouts[index] is None:
+            raise ResetNeeded(NOT_RESET)
+        seen, figures = worlds.step(index, action)
+        info = _info(figures)
+        info["reward"] = dict(zip(TERMS, figures[FIRST_TERM:REWARD], strict=True))
         if self.render_mode == "human":
             self.render()
-        return self._observer.look(episode), reward, info["is_success"], False, info
+        return seen, figures[REWARD], info["is_success"], False, info
 
     def render(self) -> np.ndarray | None:
         """Picture of the site, uint8 (height, width, 3); in the mode "human" it is shown in a window instead."""
@@ -199,10 +216,10 @@ class DirtPushEnv(gymnasium.Env):
 
     @property
     def episode(self) -> Episode:
-        """The episode that is under way; raises ResetNeeded before the first reset."""
-        if self._episode is None:
-            raise ResetNeeded("Cannot call env.step() or env.render() before calling env.reset()")
-        return self._episode
+        """The episode that is under way, its arrays the world's own; raises ResetNeeded before the first reset."""
+        if self._worlds.layouts[self._index] is None:
+            raise ResetNeeded(NOT_RESET)
+        return self._worlds.episode(self._index)
 
     def _frame(self) -> np.ndarray:
         """The picture that the view asks for."""
@@ -233,7 +250,7 @@ class DirtPushEnv(gymnasium.Env):
 
     def read_pose(self, pose: np.ndarray) -> dict[str, float]:
         """The observation's pose vector in physical units, by name; `heading` [rad] is added."""
-        return read_pose(pose, self._observer.table)
+        return read_pose(pose, self._worlds.observer.table)
 
     def get_state(self) -> bytes:
         """All that the future depends on, the generator too, for `set_state` of an environment of the same scene."""
@@ -247,15 +264,26 @@ class DirtPushEnv(gymnasium.Env):
 
     def set_state(self, state: bytes) -> None:
         """Go on from a state of `get_state`; ValueError, and nothing changes, if it is damaged or of another scene."""
+        self.take_up(*self.read_state(state))
+
+    def read_state(self, state: bytes) -> tuple[Episode, dict[str, Any], int | None]:
+        """What a state of `get_state` holds, for `take_up`: episode, generator's state, seed; nothing changes yet."""
         tree = unpack(state)
         if isinstance(tree, dict) and tree.get("config") != _fingerprint(self.config):
             raise ValueError("state comes from a differently configured scene; allowed: states of this one")
         form = {"config": str, "generator": dict, "seed": (None, int), "episode": tree_form(self.config)}
         check(tree, form, "state")
-        episode = Episode.from_tree(self.config, tree["episode"])
-        self.np_random.bit_generator.state = _checked(self.np_random, tree["generator"])
-        self._episode = episode
-        self._np_random_seed = tree["seed"]
+        return (
+            Episode.from_tree(self.config, tree["episode"]),
+            _checked(self.np_random, tree["generator"]),
+            tree["seed"],
+        )
+
+    def take_up(self, episode: Episode, generator: dict[str, Any], seed: int | None) -> None:
+        """Go on from an episode, with a generator in that state and the seed it was made from."""
+        self._worlds.put(self._index, episode)
+        self.np_random.bit_generator.state = generator
+        self._np_random_seed = seed
         self._picture = None
 
     @contextmanager
@@ -274,6 +302,13 @@ class DirtPushEnv(gymnasium.Env):
     def __getstate__(self) -> dict[str, Any]:
         """What pickle and deepcopy take along: everything but what was only drawn."""
         return {**self.__dict__, "_picture": None, "_window": None}
+
+
+def _info(figures: list[float]) -> dict[str, Any]:
+    """The numbers of `info` by name; they are the first of the figures."""
+    info: dict[str, Any] = dict(zip(INFO, figures, strict=False))
+    info["is_success"] = figures[SUCCESS] == 1.0
+    return info
 
 
 def _checked(generator: np.random.Generator, state: dict[str, Any]) -> dict[str, Any]:
