@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from dirt_env.sim.blade import Line, box_around, highest, line_of, load_ahead, scrape
+from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
-from dirt_env.sim.slump import limits, relax, settle_window, widen
+from dirt_env.sim.slump import limits, relax, settle_window
 from dirt_env.sim.state import TALLY, World
 from dirt_env.sim.timestep import substeps
+from dirt_env.sim.window import on_map, widen
 
 
 @kernel
@@ -47,18 +48,16 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps.
     Returns whether the blade touches soil.
     """
-    a0, a1, a2, a3 = box_around(old, cell)
-    b0, b1, b2, b3 = box_around(new, cell)
-    box = (min(a0, b0) - 1, max(a1, b1) + 1, min(a2, b2) - 1, max(a3, b3) + 1)
+    box = cells_between(old, new, cell)
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = highest(height, box) > lowest
     if touches:
         _, _, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
         scrape(height, solid, outside, old, new, cell, lock, totals)
-        rows, cols = height.shape
-        r0, r1 = min(max(box[0], 0), rows - 1), max(min(box[1], rows), 1)
-        c0, c1 = min(max(box[2], 0), cols - 1), max(min(box[3], cols), 1)
-        widen(pending, r0, max(r1, r0 + 1), c0, max(c1, c0 + 1))
+        # Soil is put down in cells next to those that gave it.
+        r0, r1, c0, c1 = on_map((box[0] - 1, box[1] + 1, box[2] - 1, box[3] + 1), *height.shape)
+        widen(pending, r0, r1, c0, c1)
+        widen(changed, r0, r1, c0, c1)
     sweeps, lost = relax(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
     )
