@@ -1,6 +1,5 @@
 """The native batch: equal to `SyncVectorEnv` to the last bit, and what it has beyond that."""
 
-
 import gymnasium
 import numpy as np
 import pytest

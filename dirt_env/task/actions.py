@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dirt_env.sim.jit import entry
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.params import Command, Machine
 
 ACTIONS = ("steering", "speed", "blade")
@@ -17,7 +17,7 @@ def decode(action: Any, machine: Machine) -> Command:
     return command_of(*read_action(action).tolist(), machine)
 
 
-@entry
+@kernel
 def command_of(steering: float, speed: float, blade: float, machine: Machine) -> Command:
     """Command of an action in [-1, 1]; what lies outside counts as clipped.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.params import Blade, Grid, Machine, Soil
-from dirt_env.sim.state import POSE, TALLY, World
+from dirt_env.sim.state import POSE, TALLY
 from dirt_env.task.goal import SUMS, Remaining
 from dirt_env.task.job import Job
 from dirt_env.task.observation import POSE_ENTRIES, Sight, View
@@ -165,24 +165,6 @@ def view_of(scene):
         eye.resolution, eye.ahead, eye.limit, eye.beyond, eye.overview_cell,
         columns[0], columns[1], columns[2], columns[3],
     )  # fmt: skip
-
-
-@kernel
-def world_of(batch, scratch, w):
-    """The World with index w; its arrays are those of the batch."""
-    return World(
-        height=batch.height[w],
-        solid=at(batch.job.solid, w),
-        outside=at(batch.outside, w),
-        machine=batch.machine[w : w + 1],
-        tally=batch.tally[w : w + 1],
-        changed=batch.changed[w],
-        pending=batch.pending[w],
-        quantum=batch.episodes[w].quantum,
-        buffers=scratch.buffers,
-        links=scratch.links,
-        link_levels=scratch.link_levels,
-    )
 
 
 @kernel

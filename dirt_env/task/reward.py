@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from dirt_env.sim.jit import entry
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import GRAVITY
 from dirt_env.sim.params import Soil
 from dirt_env.task.goal import Remaining
@@ -30,7 +30,7 @@ def scale_of(start: Remaining, soil: Soil, volume: float, period: float, time: f
     return Scale(potential, energy, time / period, max(volume, 1e-9))
 
 
-@entry
+@kernel
 def reward_terms(
     before: float, after: float, work: float, lost: float, finished: bool, scale: Scale
 ) -> tuple[float, float, float, float, float]:

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from dirt_env.sim.advance import advance
+from dirt_env.sim.advance import step
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.task.actions import command_of
 from dirt_env.task.batch import (
     Batch,
     Scratch,
+    at,
     blade_of,
     grid_of,
     job_of,
@@ -15,7 +16,6 @@ from dirt_env.task.batch import (
     sight_of,
     soil_of,
     view_of,
-    world_of,
 )
 from dirt_env.task.goal import measure
 from dirt_env.task.observation import Sight, observe
@@ -66,8 +66,12 @@ def step_worlds(
             scene = batch.scenes[w]
             action, machine = actions[w - base], machine_of(scene)
             command = command_of(action[0], action[1], action[2], machine)
-            world = world_of(batch, scratch, w)
-            advance(world, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command, scene.period)
+            step(
+                batch.height[w], at(batch.job.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
+                scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
+                batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
+                scene.period,
+            )  # fmt: skip
             _book(batch, w, figures, w - base)
             _show(batch, w, sight, figures, w - base)
 

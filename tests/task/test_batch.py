@@ -5,8 +5,8 @@ import pytest
 
 from dirt_env.sim.jit import entry
 from dirt_env.sim.params import Blade, Machine, Soil
-from dirt_env.sim.state import WORK_SPACE, work_space
-from dirt_env.task.batch import SCENE, Scratch, blade_of, job_of, machine_of, make_batch, soil_of, view_of, world_of
+from dirt_env.sim.state import WORK_SPACE
+from dirt_env.task.batch import SCENE, Scratch, blade_of, job_of, machine_of, make_batch, soil_of, view_of
 from dirt_env.task.job import Job
 from dirt_env.task.observation import View
 
@@ -26,16 +26,12 @@ def numbers_of_view(scenes):
 
 
 @entry
-def mark(batch, scratch, w):
-    """Write into one world and one job through their views."""
-    world, job = world_of(batch, scratch, w), job_of(batch, w)
-    world.height[1, 2] = 3.0
-    world.machine[0].x = 4.0
-    world.tally[0].work = 5.0
-    world.pending[3] = 6
+def mark(batch, w):
+    """Write into one job through its views."""
+    job = job_of(batch, w)
     job.target[0, 0] = 7.0
     job.centers[0, 1] = 8.0
-    return job.centers.shape[0], world.quantum, job.soil
+    return job.centers.shape[0], job.soil
 
 
 def distinct(kind):
@@ -63,15 +59,13 @@ def test_every_constant_of_the_view_reaches_the_kernels():
     assert [column.tolist() for column in columns] == [[k] * len(column) for k, column in enumerate(columns)]
 
 
-def test_a_world_is_a_view_of_the_arrays():
+def test_a_job_is_a_view_of_the_arrays():
     batch = make_batch(3, 5, 6, walls=True, open_border=True, design=True)
-    scratch = Scratch(**work_space(batch.height[0]))
-    batch.episodes["quantum"], batch.episodes["centers"] = [1.0, 2.0, 3.0], 1
+    batch.episodes["centers"] = 1
     batch.job.soil[:] = [4.0, 5.0, 6.0]
-    assert mark(batch, scratch, 1) == (1, 2.0, 5.0)
-    marks = [batch.height[:, 1, 2], batch.machine["x"], batch.tally["work"], batch.pending[:, 3]]
-    marks += [batch.job.target[:, 0, 0], batch.job.centers[:, 0, 1]]
-    assert [part.tolist() for part in marks] == [[0, value, 0] for value in (3, 4, 5, 6, 7, 8)]
+    assert mark(batch, 1) == (1, 5.0)
+    marks = [batch.job.target[:, 0, 0], batch.job.centers[:, 0, 1]]
+    assert [part.tolist() for part in marks] == [[0, 7, 0], [0, 8, 0]]
 
 
 @pytest.mark.parametrize("has", [True, False])
