@@ -17,6 +17,7 @@ from dirt_env.observer import Observer
 from dirt_env.snapshot import check, pack, unpack
 from dirt_env.task.observation import read_pose
 from dirt_env.task.reward import TERMS
+from dirt_env.terrain import cells_of
 
 RESET_OPTIONS = ("layout_seed", "pose")
 VIEWS = ("top", "surface", "cells")
@@ -211,7 +212,7 @@ class DirtPushEnv(gymnasium.Env):
             return self.picture.frame(world.height, world.machine[0])
         if self._view == "surface":
             return self.picture.surface(getattr(world, "surface", world.height), world.machine[0])
-        return self.picture.cells(world.fill[1:-1, 1:-1, 1:-1], world.bottom, world.dy, world.machine[0])
+        return self.picture.cells(*cells_of(world), world.machine[0])
 
     @property
     def picture(self) -> Any:
