@@ -15,7 +15,7 @@ from .pushing.body import Body
 from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
 from .pushing.edge import edge_for
-from .pushing.parameters import Parameters
+from .pushing.parameters import Parameters, numbers_for
 from .pushing.route import Point, way
 from .pushing.site import Site
 
@@ -42,8 +42,8 @@ class AdaptivePush:
     sees = "map"
 
     def __init__(self, config: SceneConfig, parameters: Parameters | None = None) -> None:
-        """For a scene; the numbers are those of `Parameters` unless others are given."""
-        self.parameters = parameters or Parameters()
+        """For a scene; the numbers are those of its terrain unless others are given."""
+        self.parameters = parameters or numbers_for(config.terrain.kind)
         self.site = Site(config)
         self._body = Body(self.site)
         self._acts = {

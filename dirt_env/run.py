@@ -13,6 +13,7 @@ from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 from dirt_env.render.replay import Recorder
 from dirt_env.rollout import Summary, mean, play
+from dirt_env.terrain import cells_of
 
 MOMENTS = 600  # of one episode in the replay
 COLUMNS = (
@@ -91,7 +92,7 @@ class Run:
                 regions = {name: getattr(layout, name) for name in ("start", "goal", "target", "design", "solid")}
                 self._recorder.begin(label, **regions)
             stats = {name: value for name, value in info.items() if isinstance(value, float) and name != "time_s"}
-            self._recorder.add(world.height, world.machine[0], info["time_s"], stats)
+            self._recorder.add(world.height, world.machine[0], info["time_s"], stats, cells_of(world))
 
         return watch
 

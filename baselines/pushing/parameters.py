@@ -71,3 +71,11 @@ class Parameters:
 def range_of(entry: Field) -> tuple[float, float]:
     """Least and largest value of a parameter."""
     return entry.metadata["range"]
+
+
+ON_CELLS = Parameters(shave=0.7)  # a step at the rim of a pit stands there, and no later push gets hold of it
+
+
+def numbers_for(terrain: str) -> Parameters:
+    """The numbers for a kind of terrain."""
+    return ON_CELLS if terrain == "voxel" else Parameters()

@@ -31,7 +31,7 @@ from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
 from dirt_env.sim.params import Blade, Machine, Soil
-from dirt_env.sim.voxel_state import LARGEST_LIFE
+from dirt_env.sim.voxel_state import FOOTINGS, LARGEST_LIFE
 
 
 @dataclass(frozen=True)
@@ -272,6 +272,7 @@ TERRAIN = Named(
                 "reads": Choice(("snapshot", "in place")),
                 "sinking": Choice(("at once", "in transit")),
                 "rise_into_constraint": Flag(),
+                "footing": Choice(FOOTINGS),
             },
         ),
     },

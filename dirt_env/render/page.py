@@ -5,7 +5,10 @@ import json
 from collections.abc import Mapping
 from importlib.resources import files
 
-_SCRIPTS = ("decode", "matrix", "camera", "model", "surface", "shaders", "webgl", "canvas", "chart", "panel", "main")
+_SCRIPTS = (
+    *("decode", "matrix", "camera", "model", "surface", "cells", "shaders"),
+    *("webgl", "canvas", "chart", "panel", "main"),
+)
 
 
 def build_page(replay: Mapping[str, object]) -> str:

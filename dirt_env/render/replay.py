@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dirt_env.render.atomic import write_atomically
+from dirt_env.render.cell_track import Cells
 from dirt_env.render.film import gif
 from dirt_env.render.page import build_page
 from dirt_env.render.track import DESIGN, GOAL, POSE_FIELDS, SOLID, START, Track
@@ -52,15 +53,25 @@ class Recorder:
         self.tracks.append(Track(label, self.cell * self._coarser, mask, _mean(target, self._coarser)))
         self._count = 0
 
-    def add(self, height: np.ndarray, pose: np.void, time_s: float, stats: Mapping[str, float]) -> None:
+    def add(
+        self,
+        height: np.ndarray,
+        pose: np.void,
+        time_s: float,
+        stats: Mapping[str, float],
+        cells: Cells | None = None,
+    ) -> None:
         """One moment: height f4[rows, cols] m, the machine's record, time since the start, statistics by name.
 
         Names may carry their unit (`volume_moved_m3`, `work_kj`); `share_in_goal` is drawn as a curve.
+        Where `cells` are given, at every moment of an episode, the replay shows them at a switch.
         """
         if not self.tracks:
             raise RuntimeError("nothing is being recorded: call begin first")
         values = np.array([pose[name] for name in POSE_FIELDS], np.float32)
-        moment = (_mean(height, self._coarser), values, time_s, dict(stats))
+        if cells is not None:
+            cells = cells._replace(fill=_mean(cells.fill, self._coarser))
+        moment = (_mean(height, self._coarser), values, time_s, dict(stats), cells)
         self._late = None
         if self._count % self.every == 0:
             self.tracks[-1].add(*moment)
@@ -107,10 +118,10 @@ class Recorder:
 
 
 def _blocks(values: np.ndarray, cells: int) -> np.ndarray:
-    """Views of `cells` x `cells` blocks [rows, cells, cols, cells]; the northern and eastern edge are held."""
-    pad = [(0, -side % cells) for side in values.shape]
+    """Views of `cells` x `cells` blocks [rows, cells, cols, cells, ...]; the northern and eastern edge are held."""
+    pad = [(0, -side % cells) for side in values.shape[:2]] + [(0, 0)] * (values.ndim - 2)
     padded = np.pad(values, pad, mode="edge")
-    return padded.reshape(padded.shape[0] // cells, cells, padded.shape[1] // cells, cells)
+    return padded.reshape(padded.shape[0] // cells, cells, padded.shape[1] // cells, cells, *values.shape[2:])
 
 
 def _mean(values: np.ndarray, cells: int) -> np.ndarray:

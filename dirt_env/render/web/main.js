@@ -1,4 +1,4 @@
-// Puts it together: one clock, one camera, one renderer. The address may say #at=60&camera=follow&episode=1&renderer=canvas.
+// Puts it together: one clock, one camera, one renderer. The address may say #at=60&camera=follow&episode=1&renderer=canvas&ground=cells.
 
 const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32];
 const wish = new URLSearchParams(location.hash.slice(1));
@@ -9,6 +9,7 @@ class Player {
     this.panel = new Panel(replay);
     this.decoded = new Map();
     this.tall = 1;
+    this.cells = false;
     this.makeRenderer(wish.get("renderer") !== "canvas");
     this.listen();
   }
@@ -57,7 +58,7 @@ class Player {
     const pose = {};
     for (const name in poses) pose[name] = poses[name][first] + share * (poses[name][next] - poses[name][first]);
     const driven = pose.x * Math.cos(pose.heading) + pose.y * Math.sin(pose.heading);
-    return { first, share, pose, driven, tall: this.tall };
+    return { first, share, pose, driven, tall: this.tall, cells: this.cells && this.episode.voxels !== undefined };
   }
 
   tick(now) {
@@ -112,6 +113,13 @@ class Player {
     this.dirty = true;
   }
 
+  // Show the ground as the paper's cells, where an episode has them, or as a surface.
+  setCells(cells) {
+    this.cells = cells;
+    for (const button of document.querySelectorAll("[data-ground]")) button.classList.toggle("on", (button.dataset.ground === "cells") === cells);
+    this.dirty = true;
+  }
+
   setSpeed(speed) {
     this.speed = speed;
     byId("speed").value = String(speed);
@@ -134,6 +142,7 @@ class Player {
     byId("episode").onchange = (event) => this.choose(event.target.selectedIndex);
     byId("chart").onclick = (event) => this.seek(this.episode.times[this.episode.frames - 1] * (event.offsetX - 34) / (event.target.clientWidth - 42));
     for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => this.setView(button.dataset.view);
+    for (const button of document.querySelectorAll("[data-ground]")) button.onclick = () => this.setCells(button.dataset.ground === "cells");
     window.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("resize", () => { this.dirty = true; });
   }
@@ -148,6 +157,7 @@ class Player {
       1: () => this.setView("overview"), 2: () => this.setView("follow"), 3: () => this.setView("top"),
       "+": () => this.setTall(this.tall + 0.25), "=": () => this.setTall(this.tall + 0.25), "-": () => this.setTall(this.tall - 0.25),
       n: () => this.choose((this.number + 1) % count), p: () => this.choose((this.number + count - 1) % count),
+      c: () => this.setCells(!this.cells),
       "?": () => byId("help").click(),
     };
     if (!(event.key in keys)) return;
@@ -200,6 +210,7 @@ async function main() {
   const { times, frames } = player.episode;
   player.setSpeed(SPEEDS.find((speed) => (times[frames - 1] - times[0]) / speed <= 40) || SPEEDS[SPEEDS.length - 1]);
   player.setView(["follow", "top"].includes(wish.get("camera")) ? wish.get("camera") : "overview");
+  player.setCells(wish.get("ground") === "cells");
   if (wish.has("tall")) player.setTall(Number(wish.get("tall")) || 1);
   if (wish.has("at")) player.seek(Number(wish.get("at")));
   player.play(!wish.has("at"));
