@@ -1,6 +1,6 @@
 """Random search for the numbers of the adaptive push: `python -m dirt_env.baselines.pushing.tune --trials 60`.
 
-Trains on the layouts of seeds 0 to 999 only; figures are reported on seeds from 10000.
+Plays on training layouts only (see `dirt_env.split`).
 """
 
 import argparse
@@ -11,10 +11,10 @@ import numpy as np
 
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
+from dirt_env.split import training_seeds
 
 from .parameters import Parameters, range_of
 
-TRAINING_SEEDS = 1000
 JOBS = ({"level": 1}, {"level": 3}, {"level": 5}, {"scene": "dig"}, {"scene": "posts"}, {"scene": "several_goals"})
 SPREAD = 0.12  # of a number's range; how far a trial goes from the best so far
 CHANGED = 4  # numbers that a trial changes
@@ -48,7 +48,7 @@ def trial(best: Parameters, generator: np.random.Generator) -> Parameters:
 def search(trials: int, episodes: int, seed: int, say=sys.stdout.write) -> Parameters:
     """The best of some trials; every job is played on the same training layouts each time."""
     generator = np.random.default_rng(seed)
-    seeds = [int(s) for s in generator.choice(TRAINING_SEEDS, episodes, replace=False)]
+    seeds = training_seeds(generator, episodes)
     envs = [DirtPushEnv(observation={"map": True}, **job) for job in JOBS]
     policies = [load_policy("adaptive_push", env.config) for env in envs]
 
