@@ -41,7 +41,12 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command")
     run = commands.add_parser("run", help="let a policy do a job; write figures, a replay and an animated picture")
     run.add_argument("--scene", default="heap", metavar="NAME|FILE", help="shipped scene or TOML file (default: heap)")
-    run.add_argument("--policy", default="adaptive_push", metavar="NAME", help="what drives (default: adaptive_push)")
+    run.add_argument(
+        "--policy",
+        default="adaptive_push",
+        metavar="NAME",
+        help="what drives (default: adaptive_push), or module:Class; two with a comma are played side by side",
+    )
     run.add_argument("--episodes", type=_whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=_whole(0), default=0, metavar="S", help="of the first layout (default: 0)")
     run.add_argument("--out", type=Path, metavar="DIR", help="folder for what is written (default: runs/SCENE-POLICY)")
@@ -107,15 +112,33 @@ def _evaluate(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from dirt_env.run import Run
+    from dirt_env.run import SIDE_BY_SIDE, Run, write_side_by_side
 
     overrides = read_settings(options.set)
     if options.level is not None:
         overrides["level"] = options.level
-    run = Run(options.scene, options.policy, options.seed, options.steps, overrides, not options.no_replay)
-    name = f"{Path(options.scene).stem}-{options.policy}".replace(":", "-")
-    out = _writable(options.out or Path("runs") / name)
-    run.play(options.episodes)
+    names = [name.strip() for name in options.policy.split(",")]
+    if len(names) > 2 or len(set(names)) < len(names):
+        raise ValueError(f"--policy is {options.policy!r}; allowed: one, or two different ones to see side by side")
+    settings = options.seed, options.steps, overrides, not options.no_replay
+    runs = [Run(options.scene, name, *settings) for name in names]
+    out = _writable(options.out or Path("runs") / "-".join([Path(options.scene).stem, *map(_as_folder, names)]))
+    (out / SIDE_BY_SIDE).unlink(missing_ok=True)
+    for run in runs:
+        if status := _play(run, options.episodes, out if len(runs) == 1 else out / _as_folder(run.policy_name)):
+            return status
+    if len(runs) == 2 and not options.no_replay:
+        _say(f"wrote {write_side_by_side(*runs, out)}")
+    return 0
+
+
+def _as_folder(policy: str) -> str:
+    return policy.replace(":", "-")
+
+
+def _play(run: Any, episodes: int, out: Path) -> int:
+    """Play a run's episodes, write and say what came of them; returns the exit status."""
+    run.play(episodes)
     written = run.write(out) if run.summaries else []  # before anything is said: nobody may be listening any more
     if run.interrupted:
         done = f"after {len(run.summaries)} of {run.wanted} episodes"
