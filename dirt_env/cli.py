@@ -83,7 +83,9 @@ def _add_stability(commands: Any) -> None:
     stability = commands.add_parser(
         "stability", help="stiff and extreme cases: what is right, what was measured; status 1 if one fails"
     )
-    stability.add_argument("--case", action="append", default=[], metavar="NAME", help="this case only (may be repeated)")
+    stability.add_argument(
+        "--case", action="append", default=[], metavar="NAME", help="this case only (may be repeated)"
+    )
     stability.add_argument("--quick", action="store_true", help="a tenth of the steps in the long ones")
     stability.add_argument("--out", type=Path, metavar="DIR", help="folder for stability.json")
     stability.add_argument("--doc", type=Path, metavar="FILE", help="renew the table of cases in this document")

@@ -172,7 +172,9 @@ def back_blading():
     return f"{pull:.3f} m3 for {push:.3f}", abs(pull / push - 1) < 0.02 and equal
 
 
-@case("an edge 50 cells under ground, 10 m: volume equal, no spike: nothing higher than a blade's height a cell it crossed")
+@case(
+    "an edge 50 cells under ground, 10 m: volume equal, no spike: nothing higher than a blade's height a cell it crossed"
+)
 def an_edge_50_cells_under_ground():
     found = []
     for height in (1.0, 30.0):

@@ -157,7 +157,10 @@ def a_blade_that_stands():
     before, sweeps = drive.world.height.copy(), drive.sweeps
     drive.go(edge=-0.2, steps=2000)
     same = np.array_equal(before, drive.world.height)
-    return f"{drive.sweeps - sweeps} sweeps in 2000 steps, ground unchanged: {same}", same and drive.sweeps - sweeps <= 2000
+    return (
+        f"{drive.sweeps - sweeps} sweeps in 2000 steps, ground unchanged: {same}",
+        same and drive.sweeps - sweeps <= 2000,
+    )
 
 
 @case("a blade 30 m wide on cells of 0.05 m (600 links closed): volume equal")

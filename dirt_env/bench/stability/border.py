@@ -145,9 +145,10 @@ def posts_on_an_open_border():
     before = total(world)
     settle(world, grid, SOIL)
     books = total(world) + world.tally[0].lost / CELL**2
-    return f"{world.tally[0].lost:.1f} m3 left, books off by {books - before:g} m", books == before and not world.height[
-        solid
-    ].any()
+    return (
+        f"{world.tally[0].lost:.1f} m3 left, books off by {books - before:g} m",
+        books == before and not world.height[solid].any(),
+    )
 
 
 @case("a machine half over an open border, turning and digging there for 500 steps: finite, ledger equal")

@@ -21,7 +21,11 @@ def started(seed=1, **options) -> DirtPushEnv:
 def sound(env, seen, reward, info) -> bool:
     """Whether what a step returned is finite and inside the spaces."""
     numbers = [reward, *info["reward"].values(), *(v for v in info.values() if isinstance(v, float))]
-    return env.observation_space.contains(seen) and bool(np.isfinite(numbers).all()) and env.episode.remaining.potential >= 0
+    return (
+        env.observation_space.contains(seen)
+        and bool(np.isfinite(numbers).all())
+        and env.episode.remaining.potential >= 0
+    )
 
 
 @case("all 27 actions of -1, 0, 1, 60 steps each: observations inside, numbers finite, volume equal")

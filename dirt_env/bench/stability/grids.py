@@ -81,7 +81,9 @@ def grid_1x20000():
 def empty_and_full_grids():
     found = [settled(np.full((40, 40), depth)) for depth in (0.0, 60.0)]
     same = all((world.height == depth).all() for (world, _, _), depth in zip(found, (0.0, 60.0), strict=True))
-    return f"sweeps {[sweeps for *_, sweeps in found]}, heights unchanged: {same}", same and found[0][2] == found[1][2] == 1
+    return f"sweeps {[sweeps for *_, sweeps in found]}, heights unchanged: {same}", same and found[0][2] == found[1][
+        2
+    ] == 1
 
 
 @case("1024 x 1024 at rest: one sweep; then a step of the machine touches only what is around it")
@@ -133,4 +135,6 @@ def a_thin_grid():
     world, grid = world_of(ground)
     before = total(world)
     sweeps = settle(world, grid, SOIL)
-    return f"{sweeps} sweeps, slope {over_repose(world, grid):.4f} of repose", total(world) == before and rests(world, grid)
+    return f"{sweeps} sweeps, slope {over_repose(world, grid):.4f} of repose", total(world) == before and rests(
+        world, grid
+    )

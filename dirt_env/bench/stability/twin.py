@@ -16,7 +16,9 @@ def slump(height: np.ndarray, rate_x: float, rate_y: float, slope: float, dx: fl
     across_y = (x[1:-2, 1:] + x[2:-1, 1:] + x[1:-2, :-1] + x[2:-1, :-1]) / 4
     flux_x = rate_x * over_x * excess(np.hypot(over_x / dx, across_x / dy), slope)
     flux_y = rate_y * over_y * excess(np.hypot(over_y / dy, across_y / dx), slope)
-    return height + np.diff(np.pad(flux_x, ((0, 0), (1, 1))), axis=1) + np.diff(np.pad(flux_y, ((1, 1), (0, 0))), axis=0)
+    return (
+        height + np.diff(np.pad(flux_x, ((0, 0), (1, 1))), axis=1) + np.diff(np.pad(flux_y, ((1, 1), (0, 0))), axis=0)
+    )
 
 
 def excess(steepness: np.ndarray, slope: float) -> np.ndarray:
@@ -67,7 +69,9 @@ def four_neighbours(height: np.ndarray, threshold: float, rate: float, wrap: boo
     return changed if wrap else changed[1:-1, 1:-1]
 
 
-def rounded_blade(height: np.ndarray, x0: float, y0: float, heading: float, half: float, distance: float, stride: float):
+def rounded_blade(
+    height: np.ndarray, x0: float, y0: float, heading: float, half: float, distance: float, stride: float
+):
     """A blade that is rounded to cells: at every stride the cells under it give all to the cells ahead. Lengths in cells."""
     height = height.copy()
     ahead = np.array([np.sin(heading), np.cos(heading)])

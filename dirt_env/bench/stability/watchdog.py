@@ -3,6 +3,7 @@
 from multiprocessing import get_context
 from time import process_time
 from typing import NamedTuple
+from warnings import simplefilter
 
 from dirt_env.bench.stability.registry import Case
 
@@ -74,6 +75,7 @@ class Watchdog:
 
 def serve(pipe) -> None:
     """Measure the cases that come through the pipe, until it is closed."""
+    simplefilter("ignore")  # what a scene warns of is meant here
     pipe.send("ready")
     while True:
         try:
