@@ -12,7 +12,7 @@ from typing import Any
 
 from dirt_env import __version__
 
-BAD_INPUT, INTERRUPTED = 2, 130
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 NO_KEYS = ("self", "scene", "render_mode")  # arguments of the environment that are no keys of a scene
 
 
@@ -58,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.set_defaults(command=_run)
     _add_evaluate(commands)
+    _add_stability(commands)
     commands.add_parser("scenes", help="list the shipped scenes").set_defaults(command=_scenes)
     commands.add_parser("policies", help="list the policies").set_defaults(command=_policies)
     return parser
@@ -149,6 +150,26 @@ def _play(run: Any, episodes: int, out: Path) -> int:
         _say(f"{run.policy_name} in {run.env.config.name}, {run.env.config.task.period:g} s a step", run.table())
         _say("wrote " + ", ".join(str(path) for path in written))
     return INTERRUPTED if run.interrupted else 0
+
+
+def _add_stability(commands: Any) -> None:
+    stability = commands.add_parser(
+        "stability", help="stiff and extreme cases: what is right, what was measured; status 1 if one fails"
+    )
+    stability.add_argument(
+        "--case", action="append", default=[], metavar="NAME", help="this case only (may be repeated)"
+    )
+    stability.add_argument("--quick", action="store_true", help="a tenth of the steps in the long ones")
+    stability.add_argument("--out", type=Path, metavar="DIR", help="folder for stability.json")
+    stability.add_argument("--doc", type=Path, metavar="FILE", help="renew the table of cases in this document")
+    stability.set_defaults(command=_stability)
+
+
+def _stability(options: argparse.Namespace) -> int:
+    from dirt_env.bench.stability.command import stability
+
+    out = None if options.out is None else _writable(options.out)
+    return 0 if stability(options.case, options.quick, out, options.doc) else FAILED
 
 
 def _writable(out: Path) -> Path:

@@ -128,12 +128,23 @@ def set_down(
     measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
 
 
+@entry
+def let_go(world: World, grid: Grid, blade: Blade) -> None:
+    """Let slump from now on what leans on the machine's blade, which is about to be taken away."""
+    held = blade_line(world.machine[0], blade)
+    r0, r1, c0, c1 = box_around(held, grid.cell)
+    r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
+    if r1 > r0 and c1 > c0 and highest(world.height, (r0, r1, c0, c1)) > held.edge - abs(held.roll) * held.half:
+        widen(world.pending, r0, r1, c0, c1)
+
+
 def place(
     world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
 ) -> None:
     """Put the machine at (x, y) [m] with that heading [rad], at rest, its blade at travel height.
 
-    Raises ValueError where it cannot stand: outside the site, or on something solid.
+    What leans on the blade where it was slumps in the next step. Raises ValueError where it cannot stand: outside the
+    site, or on something solid.
     """
     if not fits(world, grid, blade, machine, float(x), float(y), float(heading)):
         raise ValueError(
@@ -141,6 +152,8 @@ def place(
             f"allowed: tracks and blade inside 0..{grid.cols * grid.cell:g} m x 0..{grid.rows * grid.cell:g} m, "
             "clear of everything solid"
         )
+    if isinstance(world, World):  # constraints of a blade in cells last as long as they last
+        let_go(world, grid, blade)
     set_down(world, grid, soil, blade, machine, float(x), float(y), float(heading))
     world.tally[:] = np.zeros(1, TALLY)
 
