@@ -6,16 +6,10 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 _SCRIPTS = (
-<<<<<<< HEAD
-    *("decode", "matrix", "camera", "model", "surface", "cells", "shaders"),
-    *("webgl", "canvas", "chart", "panel", "main"),
-)
-=======
-    *("decode", "matrix", "camera", "pointer", "moment", "model", "surface", "shaders"),
+    *("decode", "matrix", "camera", "pointer", "moment", "model", "surface", "cells", "shaders"),
     *("webgl", "canvas", "chart", "panel"),
 )
 _KINDS = {"replay": ("main", ("replay",)), "pair": ("pair", ("replay", "pair"))}  # last script, and styles
->>>>>>> evaluate
 
 
 def build_page(replay: Mapping[str, object], kind: str = "replay") -> str:

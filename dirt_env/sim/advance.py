@@ -137,7 +137,7 @@ def set_down(
 def let_go(world: World, grid: Grid, blade: Blade) -> None:
     """Let slump from now on what leans on the machine's blade, which is about to be taken away."""
     held = blade_line(world.machine[0], blade)
-    r0, r1, c0, c1 = box_around(held, grid.cell)
+    r0, r1, c0, c1 = cells_between(held, held, grid.cell)
     r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
     if r1 > r0 and c1 > c0 and highest(world.height, (r0, r1, c0, c1)) > held.edge - abs(held.roll) * held.half:
         widen(world.pending, r0, r1, c0, c1)

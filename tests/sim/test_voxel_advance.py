@@ -14,8 +14,8 @@ from dirt_env.sim.voxel_advance import (
     settle_voxels,
     update_world,
 )
-from dirt_env.sim.voxel_surface import position_on_surface
 from dirt_env.sim.voxel_state import GRAIN, HEAP, POINT, TRACKS, Rules, volume
+from dirt_env.sim.voxel_surface import position_on_surface
 
 GRID, SOIL, BLADE, MACHINE = Grid(40, 40, 0.5), Soil(), Blade(), Machine()
 RULES = Rules(difference=0.7)

@@ -190,7 +190,7 @@ def a_buried_blade():
     world, grid = at_rest(40, 40, 10.0)
     before = total(world)
     sweep_blade(world, grid, straight(6.0, 10.0, 0.0, 6.0, 0.25))
-    ok = total(world) == before and 8.0 < world.height.min() and world.height.max() < 12.0
+    ok = total(world) == before and world.height.min() > 8.0 and world.height.max() < 12.0
     return f"heights {world.height.min():.2f} to {world.height.max():.2f} m", ok
 
 
