@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import tempfile
 
 import numpy as np
 import pytest
@@ -58,7 +59,8 @@ def cells(site, make_pose, tmp_path):
 
 def browse(path, hash_, folder, *flags):
     """The page after its scripts ran, and what was said on the console."""
-    command = [CHROMIUM, *FLAGS, f"--user-data-dir={folder / 'profile'}", *flags, f"{path.as_uri()}#{hash_}"]
+    profile = tempfile.mkdtemp(prefix="profile", dir=folder)  # one that the browser before still holds makes it wait
+    command = [CHROMIUM, *FLAGS, f"--user-data-dir={profile}", *flags, f"{path.as_uri()}#{hash_}"]
     done = subprocess.run(command, capture_output=True, timeout=120, check=True)
     said = re.findall(r':CONSOLE[:(]\d+\)?\] "(.*)"', done.stderr.decode("utf-8", "replace"))
     return done.stdout.decode("utf-8"), [line for line in said if "GL Driver Message" not in line]
