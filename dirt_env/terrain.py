@@ -1,4 +1,4 @@
-"""The terrains a scene may have behind one interface: make the ground, advance it, take it up again."""
+"""The terrains a scene may have behind one interface: make the ground, keep it, take it up again."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,16 +9,9 @@ from dirt_env.config import SceneConfig
 from dirt_env.config.terrain import HeightField
 from dirt_env.render.cell_track import Cells
 from dirt_env.scene.layout import Layout
-from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.params import Command
+from dirt_env.sim.advance import place, settle
 from dirt_env.sim.state import POSE, TALLY, WORK_SPACE, World, make_world, quantum_for, work_space
-from dirt_env.sim.voxel_advance import (
-    VoxelWorld,
-    advance_voxels,
-    make_voxel_world,
-    place_on_voxels,
-    settle_voxels,
-)
+from dirt_env.sim.voxel_advance import VoxelWorld, make_voxel_world, place_on_voxels, settle_voxels
 from dirt_env.sim.voxel_state import VOXEL_WORK_SPACE, voxel_work_space
 
 AnyWorld = World | VoxelWorld
@@ -39,25 +32,6 @@ def begin_world(config: SceneConfig, layout: Layout) -> AnyWorld:
         settle_voxels(world, rules)
         place_on_voxels(world, grid, soil, config.blade, config.machine, rules, layout.pose)
     return world
-
-
-class Stepper:
-    """step(world, command, seconds): one control step of the scene's terrain, in place."""
-
-    def __init__(self, config: SceneConfig) -> None:
-        constants = config.grid, config.soil, config.blade, config.machine
-        if isinstance(config.terrain, HeightField):
-            self._advance, self._constants = advance, constants
-        else:
-            rules = config.terrain.rules_for(config.grid, config.soil)
-            self._advance, self._constants = (
-                advance_voxels,
-                (*constants, rules, float(config.terrain.updates_per_second)),
-            )
-
-    def __call__(self, world: AnyWorld, command: Command, seconds: float) -> None:
-        """Advance the world."""
-        self._advance(world, *self._constants, command, seconds)
 
 
 def tree_of_world(world: AnyWorld) -> dict[str, Any]:

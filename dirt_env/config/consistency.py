@@ -1,7 +1,7 @@
 """Checks between the tables of a scene, and what follows from all of them."""
 
 import warnings
-from math import ceil
+from math import ceil, hypot
 
 import numpy as np
 
@@ -11,8 +11,10 @@ from dirt_env.config.terrain import HeightField
 from dirt_env.scene import fixed
 from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.timestep import STRIDE
 
 MOST_CELLS = 2**24
+MOST_SUBSTEPS = 10_000  # of one control step; a second or so of computing
 SECONDS_PER_M3 = 20.0  # a fair machine's pace, for jobs that name no time
 
 
@@ -59,10 +61,20 @@ def _check_machine(config: SceneConfig) -> None:
         raise ValueError(
             f"blade.width is {blade.width:g} m; allowed: >= {2 * cell:g} m, two cells of site.cell {cell:g} m"
         )
+    pieces = (machine.speed + machine.yaw_rate * hypot(blade.reach, blade.width / 2)) * config.task.period
+    pieces /= STRIDE * cell
+    if pieces > MOST_SUBSTEPS:
+        raise ValueError(
+            f"machine.speed {machine.speed:g} m/s and machine.yaw_rate {machine.yaw_rate:g} rad/s move the blade by "
+            f"{pieces:g} times half a cell in a task.period of {config.task.period:g} s; allowed: {MOST_SUBSTEPS}"
+        )
     room = min(config.site.size)
     need = max(machine.length / 2 + max(blade.reach, machine.length / 2), blade.width, machine.width)
     if need > room:
-        raise ValueError(f"machine and blade take {need:g} m; allowed: at most the site's {room:g} m (site.size)")
+        raise ValueError(
+            f"machine and blade take {need:g} m (machine.length, machine.width, blade.width, blade.reach); "
+            f"allowed: at most the site's {room:g} m (site.size)"
+        )
 
 
 def _check_ground(config: SceneConfig) -> None:
@@ -83,7 +95,7 @@ def _check_ground(config: SceneConfig) -> None:
     if steep:
         warnings.warn(
             f"the ground is steeper than its soil's repose ({slope:.2f}) at {steep} of {found.size} cell faces, "
-            f"at most {found.max():.2f}: there it will slump; a larger soil.repose keeps it",
+            f"at most {found.max():.3g}: there it will slump; a larger soil.repose keeps it",
             stacklevel=4,
         )
 

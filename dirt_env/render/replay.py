@@ -87,14 +87,17 @@ class Recorder:
 
     def write_html(self, path: str | PathLike[str]) -> None:
         """Write the 3-D replay, one file that needs nothing else."""
-        replay = {
+        write_atomically(Path(path), build_page(self.as_json()).encode("utf-8", "replace"))
+
+    def as_json(self) -> dict[str, object]:
+        """What a page is built from, as JSON values; RuntimeError if nothing was recorded."""
+        return {
             "title": self.title,
             "description": self.description,
             "blade": self.blade._asdict(),
             "machine": self.machine._asdict(),
             "episodes": [track.as_json() for track in self._recorded()],
         }
-        write_atomically(Path(path), build_page(replay).encode("utf-8", "replace"))
 
     def write_gif(
         self, path: str | PathLike[str], seconds: float = 12.0, fps: float = 12.5, width_px: int = 440, episode: int = 0

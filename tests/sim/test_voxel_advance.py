@@ -171,6 +171,21 @@ def test_soil_at_a_wall_is_stuck_and_not_lost():
     assert world.machine[0].x < 19.0
 
 
+@pytest.mark.parametrize("heading", [0.0, 0.25 * pi])
+def test_no_soil_is_pushed_through_a_wall_of_single_cells(heading):
+    row, col = np.indices((40, 40))
+    way = col if heading == 0.0 else (row + col) / 2
+    solid = way == 24 if heading == 0.0 else row + col == 44
+    ground = np.where(way < 24 if heading == 0.0 else row + col < 44, 0.25, 0.0)
+    world = world_with(ground, (5.0, 10.0 if heading == 0.0 else 5.0, heading), solid=solid)
+    beyond = np.pad(way > 24 if heading == 0.0 else row + col > 44, 1)
+    before = world.fill[beyond].sum()
+    drive(world, DIG, speed=0.0, steps=2)
+    drive(world, DIG, speed=2.0, steps=12)
+    assert world.tally[0].blocked == 1.0
+    assert world.fill[beyond].sum() + world.incoming[beyond].sum() == before
+
+
 def test_soil_over_an_open_border_is_booked_as_lost():
     ground = np.zeros((40, 40))
     ground[17:23, 36:38] = 0.9

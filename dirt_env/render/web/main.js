@@ -24,7 +24,7 @@ class Player {
     } catch {
       this.renderer = new FlatRenderer(fresh(), machine, blade);
     }
-    this.steer(this.renderer.canvas);
+    steer(this.renderer.canvas, () => [this.camera], () => { this.dirty = true; });
     if (this.episode) this.renderer.setEpisode(this.episode);
     this.dirty = true;
     document.documentElement.dataset.renderer = this.renderer.name;
@@ -45,20 +45,9 @@ class Player {
     this.dirty = true;
   }
 
-  // The present moment: which two recorded ones, how far between them, and the pose blended.
   moment() {
-    const { times, frames, poses } = this.episode;
-    let first = 0;
-    for (let low = 0, high = frames - 1; low <= high;) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= this.seconds) { first = middle; low = middle + 1; } else high = middle - 1;
-    }
-    const next = Math.min(first + 1, frames - 1), gap = times[next] - times[first];
-    const share = gap > 0 ? Math.min(1, Math.max(0, (this.seconds - times[first]) / gap)) : 0;
-    const pose = {};
-    for (const name in poses) pose[name] = poses[name][first] + share * (poses[name][next] - poses[name][first]);
-    const driven = pose.x * Math.cos(pose.heading) + pose.y * Math.sin(pose.heading);
-    return { first, share, pose, driven, tall: this.tall, cells: this.cells && this.episode.voxels !== undefined };
+    const cells = this.cells && this.episode.voxels !== undefined;
+    return { ...momentAt(this.episode, this.seconds), tall: this.tall, cells };
   }
 
   tick(now) {
@@ -163,34 +152,6 @@ class Player {
     if (!(event.key in keys)) return;
     event.preventDefault();
     keys[event.key]();
-  }
-
-  // Mouse, pen and touch: one pointer turns (or moves, with shift or the right button), two move and zoom.
-  steer(canvas) {
-    const held = new Map();
-    const spread = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-    canvas.oncontextmenu = (event) => event.preventDefault();
-    canvas.onpointerdown = (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      held.set(event.pointerId, { x: event.clientX, y: event.clientY, pan: event.shiftKey || event.button > 0 });
-    };
-    canvas.onpointerup = canvas.onpointercancel = (event) => held.delete(event.pointerId);
-    canvas.onpointermove = (event) => {
-      const last = held.get(event.pointerId);
-      if (!last) return;
-      const right = (event.clientX - last.x) / canvas.clientHeight, down = (event.clientY - last.y) / canvas.clientHeight;
-      const before = held.size > 1 ? spread() : 0;
-      Object.assign(last, { x: event.clientX, y: event.clientY });
-      if (held.size > 1) { this.camera.zoom(before / Math.max(1, spread())); this.camera.move(right / 2, down / 2); }
-      else if (last.pan) this.camera.move(right, down);
-      else this.camera.turn(4 * right, 3 * down);
-      this.dirty = true;
-    };
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.camera.zoom(Math.exp(0.0012 * event.deltaY * (event.deltaMode ? 30 : 1)));
-      this.dirty = true;
-    }, { passive: false });
   }
 }
 
