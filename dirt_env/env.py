@@ -18,6 +18,7 @@ from dirt_env.snapshot import check, pack, unpack
 from dirt_env.task.observation import read_pose
 from dirt_env.task.reward import TERMS
 from dirt_env.task.step import FIRST_TERM, INFO, REWARD, SUCCESS
+from dirt_env.terrain import cells_of
 from dirt_env.worlds import Worlds
 
 VIEWS = ("top", "surface", "cells")
@@ -237,7 +238,7 @@ class DirtPushEnv(gymnasium.Env):
             return self.picture.frame(world.height, world.machine[0])
         if self._view == "surface":
             return self.picture.surface(getattr(world, "surface", world.height), world.machine[0])
-        return self.picture.cells(world.fill[1:-1, 1:-1, 1:-1], world.bottom, world.dy, world.machine[0])
+        return self.picture.cells(*cells_of(world), world.machine[0])
 
     @property
     def picture(self) -> Any:

@@ -7,10 +7,11 @@ import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.config.terrain import HeightField
+from dirt_env.render.cell_track import Cells
 from dirt_env.scene.layout import Layout
 from dirt_env.sim.advance import place, settle
 from dirt_env.sim.state import POSE, TALLY, WORK_SPACE, World, make_world, quantum_for, work_space
-from dirt_env.sim.voxel_advance import VoxelWorld, make_voxel_world, settle_voxels
+from dirt_env.sim.voxel_advance import VoxelWorld, make_voxel_world, place_on_voxels, settle_voxels
 from dirt_env.sim.voxel_state import VOXEL_WORK_SPACE, voxel_work_space
 
 AnyWorld = World | VoxelWorld
@@ -23,12 +24,13 @@ def begin_world(config: SceneConfig, layout: Layout) -> AnyWorld:
     if isinstance(terrain, HeightField):
         world = make_world(layout.height, grid, layout.solid, open_border)
         settle(world, grid, soil)
+        place(world, grid, soil, config.blade, config.machine, *layout.pose)
     else:
         rules, dy = terrain.rules_for(grid, soil), terrain.dy_for(grid, soil)
         depth = terrain.depth + max(0.0, float((layout.height - layout.target).max()))
         world = make_voxel_world(layout.height, grid, rules, dy, depth, terrain.headroom, layout.solid, open_border)
         settle_voxels(world, rules)
-    place(world, grid, soil, config.blade, config.machine, *layout.pose)
+        place_on_voxels(world, grid, soil, config.blade, config.machine, rules, layout.pose)
     return world
 
 
@@ -42,6 +44,13 @@ def world_of_tree(config: SceneConfig, tree: Mapping[str, Any]) -> AnyWorld:
     if isinstance(config.terrain, HeightField):
         return World(**tree, **work_space(tree["height"]))
     return VoxelWorld(**tree, **voxel_work_space(tree["fill"].shape))
+
+
+def cells_of(world: AnyWorld) -> Cells | None:
+    """The cells of a world for a picture, not copied; None on a height field."""
+    if isinstance(world, World):
+        return None
+    return Cells(world.fill[1:-1, 1:-1, 1:-1], world.bottom, world.dy)
 
 
 def world_form(config: SceneConfig) -> dict[str, Any]:

@@ -4,13 +4,18 @@ import numpy as np
 
 from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
-from dirt_env.sim.laws import push_work
+from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.slump import limits, relax, settle_window
 from dirt_env.sim.state import TALLY, World
+from dirt_env.sim.super_steps import settle_long
 from dirt_env.sim.timestep import substeps
 from dirt_env.sim.window import on_map, widen
+
+METHODS = ("auto", "explicit", "super")
+FEW = 24  # sweeps after which `auto` goes on by super-steps
+PATIENCE = 50  # stages for each row and column after which plain sweeps, which always end, take over
 
 
 @kernel
@@ -128,12 +133,23 @@ def set_down(
     measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
 
 
+@entry
+def let_go(world: World, grid: Grid, blade: Blade) -> None:
+    """Let slump from now on what leans on the machine's blade, which is about to be taken away."""
+    held = blade_line(world.machine[0], blade)
+    r0, r1, c0, c1 = cells_between(held, held, grid.cell)
+    r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
+    if r1 > r0 and c1 > c0 and highest(world.height, (r0, r1, c0, c1)) > held.edge - abs(held.roll) * held.half:
+        widen(world.pending, r0, r1, c0, c1)
+
+
 def place(
     world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
 ) -> None:
     """Put the machine at (x, y) [m] with that heading [rad], at rest, its blade at travel height.
 
-    Raises ValueError where it cannot stand: outside the site, or on something solid.
+    What leans on the blade where it was slumps in the next step. Raises ValueError where it cannot stand: outside the
+    site, or on something solid.
     """
     if not fits(world, grid, blade, machine, float(x), float(y), float(heading)):
         raise ValueError(
@@ -141,15 +157,28 @@ def place(
             f"allowed: tracks and blade inside 0..{grid.cols * grid.cell:g} m x 0..{grid.rows * grid.cell:g} m, "
             "clear of everything solid"
         )
+    if isinstance(world, World):  # constraints of a blade in cells last as long as they last
+        let_go(world, grid, blade)
     set_down(world, grid, soil, blade, machine, float(x), float(y), float(heading))
     world.tally[:] = np.zeros(1, TALLY)
 
 
-def settle(world: World, grid: Grid, soil: Soil) -> int:
-    """Relax the whole ground to the angle of repose; returns the sweeps it took."""
+def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
+    """Relax the whole ground to the angle of repose; returns the sweeps (stages, iterations) it took.
+
+    `method`: one of METHODS, see docs/physics.md. Raises ValueError for another.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
     world.pending[:] = (0, grid.rows, 0, grid.cols)
     away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     total = 0
+    if method == "auto":
+        total = settle_window(world, grid, soil._replace(max_sweeps=min(soil.max_sweeps, FEW)), away)
+    if method in ("auto", "super"):
+        most = PATIENCE * (grid.rows + grid.cols) + 1000
+        while world.pending[1] > world.pending[0] and total < most:
+            total += settle_long(world, grid, soil, away, total * RATE)
     while world.pending[1] > world.pending[0]:
         total += settle_window(world, grid, soil, away)
     return total

@@ -122,10 +122,19 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
 
 
 @kernel
-def front_share(height, solid, outside, line, cell, side, r, c, highest_allowed):
-    """1 if cell (r, c) can take soil on that `side` of the blade (1 ahead, -1 behind), else 0.
+def is_shut(solid, outside, r, c, rows, cols):
+    """Whether no soil can lie in cell (r, c): solid, or off the map behind a wall."""
+    if r < 0 or c < 0 or r >= rows or c >= cols:
+        return outside is None
+    return solid[r, c]
 
-    One that is higher than `highest_allowed` [m] cannot: volumes would no longer be exact.
+
+@kernel
+def front_share(height, solid, outside, line, cell, side, from_r, from_c, r, c, highest_allowed):
+    """1 if cell (r, c) can take soil of cell (from_r, from_c) on that `side` of the blade (1 ahead, -1 behind), else 0.
+
+    One that is higher than `highest_allowed` [m] cannot: volumes would no longer be exact. Nor can one across a corner
+    between two solid cells: that is a wall.
     """
     rows, cols = height.shape
     beyond = r < 0 or c < 0 or r >= rows or c >= cols
@@ -134,6 +143,9 @@ def front_share(height, solid, outside, line, cell, side, r, c, highest_allowed)
             return 0.0
     elif height[r, c] > highest_allowed or (solid is not None and solid[r, c]):
         return 0.0
+    if solid is not None and r != from_r and c != from_c:
+        if is_shut(solid, outside, from_r, c, rows, cols) and is_shut(solid, outside, r, from_c, rows, cols):
+            return 0.0
     ahead, _ = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
     return 1.0 if (ahead > 0) == (side > 0) else 0.0
 
@@ -154,7 +166,7 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
     for i in range(2):
         for j in range(2):
             weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
-            total += weight * front_share(height, solid, outside, line, cell, side, row + i, column + j, room)
+            total += weight * front_share(height, solid, outside, line, cell, side, r, c, row + i, column + j, room)
     if total < 1e-6:
         return real(-1.0)
     left_over = amount
@@ -163,7 +175,7 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
     for i in range(2):
         for j in range(2):
             weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
-            weight *= front_share(height, solid, outside, line, cell, side, row + i, column + j, room)
+            weight *= front_share(height, solid, outside, line, cell, side, r, c, row + i, column + j, room)
             if weight <= 0.0:
                 continue
             left_weight -= weight
