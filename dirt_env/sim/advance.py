@@ -4,12 +4,17 @@ import numpy as np
 
 from dirt_env.sim.blade import Line, box_around, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
-from dirt_env.sim.laws import push_work
+from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.slump import limits, relax, settle_window, widen
 from dirt_env.sim.state import TALLY, World
+from dirt_env.sim.super_steps import settle_long
 from dirt_env.sim.timestep import substeps
+
+METHODS = ("auto", "explicit", "super")
+FEW = 24  # sweeps after which `auto` goes on by super-steps
+PATIENCE = 50  # stages for each row and column after which plain sweeps, which always end, take over
 
 
 @kernel
@@ -146,11 +151,22 @@ def place(
     world.tally[:] = np.zeros(1, TALLY)
 
 
-def settle(world: World, grid: Grid, soil: Soil) -> int:
-    """Relax the whole ground to the angle of repose; returns the sweeps it took."""
+def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
+    """Relax the whole ground to the angle of repose; returns the sweeps (stages, iterations) it took.
+
+    `method`: one of METHODS, see docs/physics.md. Raises ValueError for another.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
     world.pending[:] = (0, grid.rows, 0, grid.cols)
     away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     total = 0
+    if method == "auto":
+        total = settle_window(world, grid, soil._replace(max_sweeps=min(soil.max_sweeps, FEW)), away)
+    if method in ("auto", "super"):
+        most = PATIENCE * (grid.rows + grid.cols) + 1000
+        while world.pending[1] > world.pending[0] and total < most:
+            total += settle_long(world, grid, soil, away, total * RATE)
     while world.pending[1] > world.pending[0]:
         total += settle_window(world, grid, soil, away)
     return total

@@ -33,7 +33,7 @@ def test_settling_equals_the_whole_map_twin_to_the_last_bit(dtype, solid, open_b
     ground[8:11, 6:9] += 3.0
     world, grid = world_of(ground, solid=solid, open_border=open_border, dtype=dtype)
     expected, sweeps, lost = naive.settle(world.height, world.quantum, 0.5, SOIL, solid, world.outside)
-    assert settle(world, grid, SOIL) == sweeps
+    assert settle(world, grid, SOIL, "explicit") == sweeps
     np.testing.assert_array_equal(world.height, expected)
     assert world.tally[0].lost == pytest.approx(lost * 0.25, abs=1e-12)
 

@@ -46,7 +46,7 @@ class Problem(NamedTuple):
     """`make(cells)` returns the Case with that many cells along the site.
 
     `kind` says what a method has to do: "settle", "drain" (settle, over an open border), "pour once", "pour", "drag"
-    (a blade) or "sweep" (so many explicit steps). `truth`
+    (a blade), or so many explicit steps of any rule ("sweep") or of this one ("flux"). `truth`
     names the reference. `cells`: resolutions at which the answer is to be had; `long` is the largest for methods that
     sweep the ground explicitly.
     """

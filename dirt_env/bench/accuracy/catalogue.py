@@ -11,7 +11,7 @@ PROBLEMS = {
     problem.name: problem
     for problem in (
         Problem("linear-mode", "Wave without friction, 200 sweeps", "sweep", _EXACT, smooth.linear_mode, _STRIPS),
-        Problem("manufactured", "Flux of a smooth ground", "sweep", _EXACT, smooth.manufactured, _STRIPS),
+        Problem("manufactured", "Flux of a smooth ground", "flux", _EXACT, smooth.manufactured, _STRIPS),
         Problem("dump", "Dump on level ground", "pour once", _EXACT, piles.dump),
         Problem("dump-on-a-slope", "Dump on a slope of 0.4", "pour", _EXACT, piles.dump_on_a_slope),
         Problem("column-collapse", "Column that collapses to a cone", "settle", _EXACT, piles.column_collapse),

@@ -1,6 +1,7 @@
 """What is put to the test: each method prepares a case, runs it, and shows the ground it ended with."""
 
 from collections.abc import Callable
+from functools import partial
 from math import ceil, floor, fsum
 from typing import NamedTuple
 
@@ -101,13 +102,19 @@ def _lost(world, grid) -> float:
     return float(world.tally[0].lost) / grid.cell**2
 
 
-def default(case: Case, settings: Settings) -> Trial:
-    """`settle`, as a reset and a user call it."""
+def settling(method: str, case: Case, settings: Settings) -> Trial:
+    """`settle` by that method of its, the height field's."""
     grid, soil = case.grid, _soil(case, settings)
     world = world_of(case.start, grid, PRECISIONS[settings.precision], case.solid, case.outside)
+    given = portions(case, world.quantum)
+    for rows, cols, amounts in given:
+        world.height[rows, cols] += amounts.astype(world.height.dtype)
     before = exact_sum(world.height)
     return Trial(
-        lambda: settle(world, grid, soil), lambda: world.height.astype(float), before, lambda: _lost(world, grid)
+        lambda: settle(world, grid, soil, method),
+        lambda: world.height.astype(float),
+        before,
+        lambda: _lost(world, grid),
     )
 
 
@@ -182,6 +189,11 @@ def paper(case: Case, settings: Settings) -> Trial:
     return Trial(lambda: update(voxels, rules, settings.cap or UPDATES), height, before)
 
 
+def _settling(name: str, method: str, title: str) -> Method:
+    kinds = ("settle", "drain", "pour once")
+    return Method(name, title, kinds, partial(settling, method), ("tolerance", "precision"), explicit=False)
+
+
 _SWEEPERS = ("settle", "drain", "pour once", "pour", "sweep")
 METHODS = {
     method.name: method
@@ -189,8 +201,9 @@ METHODS = {
         Method("paper", "the paper's cells", ("settle", "pour once"), paper, ("cap",), 64),
         Method("neighbours-4", "4 neighbours", _SWEEPERS, four_neighbours, cells=128),
         Method("neighbours-8", "8 neighbours", _SWEEPERS[:-1], eight_neighbours, cells=128),
-        Method("explicit", "explicit sweeps", _SWEEPERS, explicit),
-        Method("default", "default (settle)", ("settle", "drain"), default, ("tolerance", "precision"), explicit=False),
+        Method("explicit", "explicit sweeps", (*_SWEEPERS, "flux"), explicit),
+        _settling("default", "auto", "default (settle)"),
+        _settling("super", "super", "super-steps"),
         Method("blade", "default (blade)", ("drag",), blade, ("tolerance", "precision")),
     )
 }

@@ -12,6 +12,7 @@ BASE_CELLS, BASE_TOLERANCE = 64, 1e-3
 TOLERANCES = (1e-1, 3e-2, 1e-2, 4e-3, 1e-4)  # beside the base; shares of repose
 CAPS = (16, 64, 256, 1024)  # sweeps
 COLLAPSE = "column-collapse"  # with all settings in the quick set too
+STEPPED = ("sweep", "flux")  # kinds of problem that a number of sweeps belongs to
 QUICK_PROBLEMS = (
     "linear-mode", "manufactured", "dump", COLLAPSE, "cone-at-a-wall", "wedge", "berm", "berm-between", "trench-narrow",
     "several-sources",
@@ -76,14 +77,14 @@ def _left_out(name: str, names: Sequence[str], quick: bool, in_quick: Collection
 
 
 def _base(problem: Problem, method: Method) -> Item:
-    tolerance = BASE_TOLERANCE if "tolerance" in method.knobs and problem.kind != "sweep" else None
+    tolerance = BASE_TOLERANCE if "tolerance" in method.knobs and problem.kind not in STEPPED else None
     precision = "f4" if "precision" in method.knobs else "f8"
     return Item(problem.name, method.name, BASE_CELLS, tolerance, None, precision)
 
 
 def _quick_sweep(problem: Problem, method: Method) -> Iterator[Item]:
     base = _base(problem, method)
-    if problem.kind == "sweep":
+    if problem.kind in STEPPED:
         yield from (base._replace(cells=cells, precision="f8") for cells in (32, BASE_CELLS))
         return
     if problem.name == COLLAPSE or method.name != "paper":
@@ -105,7 +106,7 @@ def _full_sweep(problem: Problem, method: Method) -> Iterator[Item]:
         yield from (base._replace(cap=cap) for cap in CAPS)
     if "precision" in method.knobs:
         yield base._replace(precision="f8")
-    if problem.kind == "sweep":
+    if problem.kind in STEPPED:
         yield from (base._replace(cells=cells, precision="f8") for cells in problem.cells if cells <= most)
 
 
