@@ -29,7 +29,6 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
             world.pending, grid.cell, soil, world.quantum, old, new, totals,
         )  # fmt: skip
-    world.tally[0].lost += totals[1] * grid.cell**2
     return int(totals[3])
 
 

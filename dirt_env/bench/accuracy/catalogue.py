@@ -31,7 +31,7 @@ PROBLEMS = {
         ),
         Problem(
             "trench-spoil-at-once", "Trench with spoil, one projection", "settle",
-            f"{_NAMED}projection in float64, {trenches.ITERATIONS} iterations, {2 * trenches.FINEST} cells",
+            f"{_NAMED}projection in float64, {trenches.ITERATIONS} iterations, {trenches.FINEST} cells",
             trenches.trench_at_once, _SMALL,
         ),
         Problem("table", "Table with obstacles, open border", "drain", _EXACT, tables.table, (32, 64, 128), 64),

@@ -13,6 +13,7 @@ from dirt_env.bench.accuracy.worlds import world_of
 from dirt_env.sim.advance import settle
 from dirt_env.sim.blade import Line
 from dirt_env.sim.drag import drag
+from dirt_env.sim.heap import dump
 from dirt_env.sim.neighbour_rules import relax_by_neighbours, work_shape
 from dirt_env.sim.params import Soil
 from dirt_env.sim.slump import settle_window
@@ -118,6 +119,21 @@ def settling(method: str, case: Case, settings: Settings) -> Trial:
     )
 
 
+def water_filling(case: Case, settings: Settings) -> Trial:
+    """`dump`: each portion at once, h = max(h0, c - k dist)."""
+    grid, soil = case.grid, _soil(case, settings)
+    world = world_of(case.start, grid, PRECISIONS[settings.precision], case.solid)
+    grains = sum(round(volume / grid.cell**2 / world.quantum) for *_, volume in case.pours)
+    before = exact_sum(world.height)
+
+    def run() -> int:
+        for x, y, volume in case.pours:
+            dump(world, grid, soil, x, y, volume)
+        return 0
+
+    return Trial(run, lambda: world.height.astype(float), before + grains * world.quantum)
+
+
 def blade(case: Case, settings: Settings) -> Trial:
     """The default's blade, moved along the case's lines."""
     grid, soil = case.grid, _soil(case, settings)
@@ -204,6 +220,7 @@ METHODS = {
         Method("explicit", "explicit sweeps", (*_SWEEPERS, "flux"), explicit),
         _settling("default", "auto", "default (settle)"),
         _settling("super", "super", "super-steps"),
+        Method("water-filling", "dump", ("pour once", "pour"), water_filling, ("precision",), explicit=False),
         Method("blade", "default (blade)", ("drag",), blade, ("tolerance", "precision")),
     )
 }

@@ -8,6 +8,7 @@ from dirt_env.bench.accuracy.case import SITE, SLOPE, Case, averages, cone_heigh
 
 MIDDLE = SITE / 2
 SCATTERED = 100  # dumps
+REACH = 8.0  # m, of one dump
 ROUNDS = 32  # portions in which each of several sources pours
 SOURCES = ((11.0, 13.0, 3.0), (20.0, 14.0, 2.0), (16.5, 21.0, 1.0))  # x m, y m, rate
 POURED = 150.0  # m3, of all sources together
@@ -100,17 +101,21 @@ def dump_on_a_slope(cells: int) -> Case:
 
 
 def poured(ground: np.ndarray, grid, pours) -> np.ndarray:
-    """h = max(h0, c - k dist) for each of `pours` in turn, at the cells' centres; c by bisection on the volume."""
+    """h = max(h0, c - k dist) for each of `pours` in turn, at the cells' centres; c by bisection on the volume.
+
+    A pile reaches no farther than `REACH` m.
+    """
     height = ground.copy()
-    x, y = (np.arange(grid.cols) + 0.5) * grid.cell, (np.arange(grid.rows) + 0.5)[:, None] * grid.cell
+    x, y = (np.arange(grid.cols) + 0.5) * grid.cell, (np.arange(grid.rows) + 0.5) * grid.cell
     for x0, y0, volume in pours:
-        away = SLOPE * np.hypot(x - x0, y - y0)
-        low, high = float((height + away).min()), float((height + away).min()) + volume / grid.cell**2
-        for _ in range(100):
+        part = np.ix_(np.abs(y - y0) < REACH, np.abs(x - x0) < REACH)
+        away = SLOPE * np.hypot(x[None, :] - x0, y[:, None] - y0)[part]
+        low, high = float((height[part] + away).min()), float((height[part] + away).min()) + volume / grid.cell**2
+        for _ in range(60):
             level = 0.5 * (low + high)
-            added = np.maximum(level - away - height, 0.0).sum() * grid.cell**2
+            added = np.maximum(level - away - height[part], 0.0).sum() * grid.cell**2
             low, high = (level, high) if added < volume else (low, level)
-        height = np.maximum(height, level - away)
+        height[part] = np.maximum(height[part], level - away)
     return height
 
 
@@ -125,16 +130,16 @@ def scattered_dumps(cells: int) -> Case:
     return Case(grid, np.zeros(exact.shape), exact, float(exact.sum()), pours=pours, spout=0.5, rounds=8)
 
 
-def source_heights(cells: int, steps: int = 200) -> np.ndarray:
+def source_heights(cells: int, sources=SOURCES, volume: float = POURED, steps: int = 200) -> np.ndarray:
     """Heights H_i [m] of several sources: dH_i/dt = f_i / area_i, where area_i is what cone i covers.
 
     Aronsson, Evans and Wu, *Fast/slow diffusion and growing sandpiles*, 1996. Midpoint rule in H^3, in which a lone
     cone grows evenly; areas by counting points of a square of `cells` x `cells`.
     """
     x = (np.arange(cells) + 0.5) * SITE / cells
-    away = np.stack([SLOPE * np.hypot(x[None, :] - x0, x[:, None] - y0) for x0, y0, _ in SOURCES])
-    rates = np.array([rate for *_, rate in SOURCES])
-    flows = rates / rates.sum() * POURED
+    away = np.stack([SLOPE * np.hypot(x[None, :] - x0, x[:, None] - y0) for x0, y0, _ in sources])
+    rates = np.array([rate for *_, rate in sources])
+    flows = rates / rates.sum() * volume
 
     def growth(cubes: np.ndarray) -> np.ndarray:
         heights = np.cbrt(cubes)

@@ -14,7 +14,6 @@ MIDDLE = SITE / 2
 FINEST = 256  # cells along the site of the references that are computed
 FINE_TOLERANCE = 1e-5  # share of repose, of the slow reference
 ITERATIONS = 3000  # of the projection
-SCENE = ((4.0, 28.0), (6.0, 26.0))  # m, rows and columns outside which nothing moves
 
 
 def _trench(cells: int, wide: float, deep: float, shape) -> Case:
@@ -38,14 +37,14 @@ def narrow_trench(cells: int) -> Case:
 
 
 def trench_and_spoil(cells: int) -> np.ndarray:
-    """A trench of 16 m x 4 m, 2 m deep, and half a metre beside it what was dug out, 3 m wide: f8[cells, cols] m."""
-    deep, wide = 2.0, 3.0
+    """A trench of 20 m x 8 m, 4 m deep, and a metre beside it what was dug out, 6 m wide: f8[cells, cells] m."""
+    deep, trench_wide, spoil_wide = 4.0, 8.0, 6.0
 
     def ground(x, y):
-        along = np.abs(y - MIDDLE) < 8.0
-        trench = along & (np.abs(x - 13.0) < 2.0)
-        spoil = along & (np.abs(x - 17.0) < wide / 2)
-        return np.where(trench, -deep, np.where(spoil, deep * 4.0 / wide, 0.0))
+        along = np.abs(y - MIDDLE) < 10.0
+        trench = along & (np.abs(x - 9.0) < trench_wide / 2)
+        spoil = along & (np.abs(x - 17.0) < spoil_wide / 2)
+        return np.where(trench, -deep, np.where(spoil, deep * trench_wide / spoil_wide, 0.0))
 
     return averages(ground, site(cells))
 
@@ -55,7 +54,7 @@ def slowly_relaxed() -> np.ndarray:
     """It after a slow relaxation: explicit sweeps in float64 on the finest grid, to within 1e-5 of repose."""
     grid, soil = site(FINEST), Soil(slope=SLOPE, tolerance=FINE_TOLERANCE)
     world = world_of(trench_and_spoil(FINEST), grid, np.float64)
-    settle(world, grid, soil)
+    settle(world, grid, soil, "explicit")
     return world.height
 
 
@@ -95,17 +94,13 @@ def _divergence(y: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def projected_at_once() -> np.ndarray:
-    """It after a single projection on what repose allows, on cells half as large.
+    """It after a single projection on what repose allows, on the finest grid.
 
     The mean of the projections of the ground and of its mirror images: forward differences lean to one side.
     """
-    ground = trench_and_spoil(2 * FINEST)
-    rows, cols = (slice(round(a * ground.shape[0] / SITE), round(b * ground.shape[0] / SITE)) for a, b in SCENE)
-    part, cell = ground[rows, cols], SITE / ground.shape[0]
-    result = ground.copy()
-    mean = 0.5 * (projected(part, cell) + projected(part[:, ::-1], cell)[:, ::-1])
-    result[rows, cols] = 0.5 * (mean + mean[::-1])  # it is the same from the north
-    return result
+    ground, cell = trench_and_spoil(FINEST), site(FINEST).cell
+    mean = 0.5 * (projected(ground, cell) + projected(ground[:, ::-1], cell)[:, ::-1])
+    return 0.5 * (mean + mean[::-1])  # it is the same from the north
 
 
 def _trench_with_spoil(cells: int, reference: np.ndarray) -> Case:
