@@ -74,9 +74,10 @@ def sweep(h, quantum, cell, soil, solid, rim, crossed=()):
 
 
 def _flux(drop, across, threshold, settled, lock):
-    steep = np.sqrt(drop * drop + across * across)
+    steep = drop * drop + across * across
+    calm = threshold * threshold
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(steep > settled, (steep - threshold) / steep, drop.dtype.type(0))
+        share = np.where(steep > settled * settled, (steep - calm) / steep, drop.dtype.type(0))
     return (drop.dtype.type(RATE) * drop * share + lock) - lock
 
 

@@ -183,7 +183,7 @@ def test_ground_steeper_than_its_soil_warns(tmp_path):
     height[:, 30:] = 3.0
     np.save(tmp_path / "a.npy", height)
     with pytest.warns(
-        UserWarning, match=r"steeper than its soil's repose \(0.70\) at 94 of 1984 cell faces, at most 3.00"
+        UserWarning, match=r"steeper than its soil's repose \(0.70\) at 94 of 1984 cell faces, at most 3:"
     ):
         fixed(ground={"kind": "file", "path": str(tmp_path / "a.npy"), "pixel": 1.0})
 
@@ -214,7 +214,13 @@ def test_a_goal_too_small_warns_with_both_volumes():
         ({"soil": {"repose": 90}}, r"soil.repose is 90; allowed: >= 0 and < 90 degrees"),
         ({"soil": {"density": 10**400}}, r"soil.density is 1000"),
         ({"blade": {"width": 0.9}}, r"blade.width is 0.9 m; allowed: >= 1 m, two cells of site.cell 0.5 m"),
-        ({"machine": {"length": 40}}, r"machine and blade take 40 m; allowed: at most the site's 32 m"),
+        (
+            {"machine": {"length": 40}},
+            r"machine and blade take 40 m \(machine.length, .*\); allowed: at most the site's 32 m",
+        ),
+        ({"machine": {"speed": 1e6}}, r"machine.speed 1e\+06 m/s and machine.yaw_rate 0.6 .* times half a cell"),
+        ({"blade": {"height": 1e-290}}, r"blade.height is 1e-290; allowed: >= 0.001 and <= 10000 m"),
+        ({"reward": {"time": 1e290}}, r"reward.time is 1e\+290; allowed: >= -1e\+09 and <= 1e\+09"),
         ({"machine": {"pose": [1, 2]}}, r"machine.pose is \[1, 2\]; allowed: a list of 3 numbers"),
         ({"machine": {"pose": "there"}}, r"machine.pose is 'there'; allowed: \"behind\", \"random\" or \[x m"),
         ({"machine": {"pose": [0, 0, 0]}}, r"machine.pose puts the tracks at x = -1.25"),
@@ -278,7 +284,10 @@ def test_a_start_has_exactly_one_amount(amount, said):
         ({"machine": {"pose": [5, 5, 0]}}, r"machine.pose is \(5.0, 5.0, 0.0\), but the layout is random"),
         ({"layout": {"haul": [1, 2]}}, r"no place in 200 attempts"),
         ({"layout": {"rough_length": 0.1}}, r"layout.rough_length is 0.1 m; allowed: >= 1 m"),
-        ({"site": {"size": [2, 2]}}, r"machine and blade take 3 m; allowed: at most the site's 2 m"),
+        (
+            {"site": {"size": [2, 2]}},
+            r"machine and blade take 3 m \(.*blade.width.*\); allowed: at most the site's 2 m",
+        ),
     ],
 )
 def test_scenes_that_cannot_be(scene, said):

@@ -68,6 +68,24 @@ class Parameters:
                 raise ValueError(f"{entry.name} is {value:g}; allowed: {least:g} to {most:g}")
 
 
+@dataclass(frozen=True)
+class GreedyParameters(Parameters):
+    """Those of the greedy behaviour: the same machine at work, and what it takes a push to bring and to cost."""
+
+    carried: float = _number(1.5, 0.3, 6.0)  # most loads that a push is taken to bring
+    overhead: float = _number(4.0, 0.0, 30.0)  # s for lowering, lifting and backing off
+    pace: float = _number(0.7, 0.1, 1.0)  # share of the top speed at which it is taken to push
+    far: float = _number(0.0, 0.0, 1.0)  # by how much a push is worth more for every metre from the goal, share
+
+
 def range_of(entry: Field) -> tuple[float, float]:
     """Least and largest value of a parameter."""
     return entry.metadata["range"]
+
+
+ON_CELLS = Parameters(shave=0.7)  # a step at the rim of a pit stands there, and no later push gets hold of it
+
+
+def numbers_for(terrain: str) -> Parameters:
+    """The numbers for a kind of terrain."""
+    return ON_CELLS if terrain == "voxel" else Parameters()

@@ -1,25 +1,31 @@
 """Checks between the tables of a scene, and what follows from all of them."""
 
 import warnings
-from math import ceil
+from math import ceil, hypot
 
 import numpy as np
 
 from dirt_env.config.episode import layout, plan
 from dirt_env.config.scene import SceneConfig
+from dirt_env.config.terrain import HeightField
 from dirt_env.scene import fixed
 from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.timestep import STRIDE
 
 MOST_CELLS = 2**24
+MOST_SUBSTEPS = 10_000  # of one control step; a second or so of computing
 SECONDS_PER_M3 = 20.0  # a fair machine's pace, for jobs that name no time
 
 
 def check(config: SceneConfig) -> None:
-    """Errors for tables that do not go together; a warning for a goal without room and for ground that will slump."""
+    """Errors for tables that do not go together; warnings for a goal without room, ground that will slump, cells that
+    will not.
+    """
     _check_site(config)
     _check_machine(config)
     _check_ground(config)
+    _check_cells(config)
     if config.layout is not None:
         _check_random(config)
     else:
@@ -55,10 +61,20 @@ def _check_machine(config: SceneConfig) -> None:
         raise ValueError(
             f"blade.width is {blade.width:g} m; allowed: >= {2 * cell:g} m, two cells of site.cell {cell:g} m"
         )
+    pieces = (machine.speed + machine.yaw_rate * hypot(blade.reach, blade.width / 2)) * config.task.period
+    pieces /= STRIDE * cell
+    if pieces > MOST_SUBSTEPS:
+        raise ValueError(
+            f"machine.speed {machine.speed:g} m/s and machine.yaw_rate {machine.yaw_rate:g} rad/s move the blade by "
+            f"{pieces:g} times half a cell in a task.period of {config.task.period:g} s; allowed: {MOST_SUBSTEPS}"
+        )
     room = min(config.site.size)
     need = max(machine.length / 2 + max(blade.reach, machine.length / 2), blade.width, machine.width)
     if need > room:
-        raise ValueError(f"machine and blade take {need:g} m; allowed: at most the site's {room:g} m (site.size)")
+        raise ValueError(
+            f"machine and blade take {need:g} m (machine.length, machine.width, blade.width, blade.reach); "
+            f"allowed: at most the site's {room:g} m (site.size)"
+        )
 
 
 def _check_ground(config: SceneConfig) -> None:
@@ -79,7 +95,19 @@ def _check_ground(config: SceneConfig) -> None:
     if steep:
         warnings.warn(
             f"the ground is steeper than its soil's repose ({slope:.2f}) at {steep} of {found.size} cell faces, "
-            f"at most {found.max():.2f}: there it will slump; a larger soil.repose keeps it",
+            f"at most {found.max():.3g}: there it will slump; a larger soil.repose keeps it",
+            stacklevel=4,
+        )
+
+
+def _check_cells(config: SceneConfig) -> None:
+    if isinstance(config.terrain, HeightField):
+        return
+    difference = config.terrain.rules_for(config.grid, config.soil).difference
+    if difference >= 1.0:
+        warnings.warn(
+            f"terrain.required_difference is {difference:.2f}: from 1 on a full cell beside an empty one stays, so "
+            "vertical walls never fall; a smaller one lets them, as do higher levels (terrain.dy)",
             stacklevel=4,
         )
 

@@ -31,7 +31,7 @@ from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
 from dirt_env.sim.params import Blade, Machine, Soil
-from dirt_env.sim.voxel_state import LARGEST_LIFE
+from dirt_env.sim.voxel_state import FOOTINGS, LARGEST_LIFE
 
 
 @dataclass(frozen=True)
@@ -79,11 +79,15 @@ class Reward:
 
 
 METRES = Number(0, unit="m", above=True)
+# With ends far from those of floats, so that no product or quotient of them overflows.
+LENGTH = Number(1e-3, 1e4, "m")
+VOLUME = Number(1e-6, 1e12, "m3")
+TIME = Number(1e-3, 1e9, "s")
 HEIGHT = Number(unit="m")
 DEGREES = Number(unit="degrees")
 SEED = Number(0, whole=True)
 SHARE = Number(0, 1, above=True)
-WEIGHT = Number()
+WEIGHT = Number(-1e9, 1e9)
 
 
 class Repose(Number):
@@ -155,24 +159,24 @@ SOIL = Table(
     _soil,
     {
         "repose": Repose(0, 90, "degrees", below=True),
-        "density": Number(0, unit="kg/m3", above=True),
-        "friction": Number(0),
+        "density": Number(0, 1e9, "kg/m3", above=True),
+        "friction": Number(0, 1e6),
         "tolerance": Number(0, 0.1, above=True),
     },
     fields={"repose": "slope"},
 )
 
-BLADE = Table(Blade, {"width": METRES, "height": METRES, "reach": Number(0, unit="m")})
+BLADE = Table(Blade, {"width": LENGTH, "height": LENGTH, "reach": Number(0, 1e4, "m")})
 
 MACHINE = Table(
     Machine,
     {
-        "length": METRES,
-        "width": METRES,
+        "length": LENGTH,
+        "width": LENGTH,
         "speed": Number(0, unit="m/s", above=True),
         "yaw_rate": Number(0, unit="rad/s", above=True),
-        "cut": Number(0, unit="m"),
-        "lift": METRES,
+        "cut": Number(0, 1e4, "m"),
+        "lift": LENGTH,
         "edge_rate": Number(0, unit="m/s", above=True),
     },
 )
@@ -183,7 +187,7 @@ START = Table(
     Start,
     {
         "region": REGION,
-        "volume": Span(Number(0, unit="m3", above=True)),
+        "volume": Span(VOLUME),
         "depth": Span(METRES),
         "dig": Span(METRES),
     },
@@ -222,7 +226,7 @@ LAYOUT = Table(
     {
         "level": Number(0, len(LEVELS) - 1, whole=True),
         "heaps": Span(Number(1, 64, whole=True)),
-        "volume": Span(Number(0, unit="m3", above=True)),
+        "volume": Span(VOLUME),
         "haul": Span(METRES),
         "machine": Choice(("behind", "anywhere")),
         "rough": Span(Number(0, unit="m")),
@@ -236,9 +240,7 @@ LAYOUT = Table(
     },
 )
 
-TASK = Table(
-    Task, {"period": Number(0, 10, "s", above=True), "time": Number(0, unit="s", above=True), "success": SHARE}
-)
+TASK = Table(Task, {"period": Number(0, 10, "s", above=True), "time": TIME, "success": SHARE})
 
 OBSERVATION = Table(
     Observation,
@@ -246,7 +248,7 @@ OBSERVATION = Table(
         "size": Number(4, 512, "pixels", whole=True),
         "resolution": METRES,
         "ahead": Number(0, 1),
-        "height_limit": METRES,
+        "height_limit": LENGTH,
         "overview": Flag(),
         "map": Flag(),
     },
@@ -272,6 +274,7 @@ TERRAIN = Named(
                 "reads": Choice(("snapshot", "in place")),
                 "sinking": Choice(("at once", "in transit")),
                 "rise_into_constraint": Flag(),
+                "footing": Choice(FOOTINGS),
             },
         ),
     },

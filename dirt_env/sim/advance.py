@@ -2,15 +2,16 @@
 
 import numpy as np
 
-from dirt_env.sim.blade import Line, box_around, highest, line_of, load_ahead, scrape
+from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
-from dirt_env.sim.slump import limits, relax, settle_window, widen
+from dirt_env.sim.slump import limits, relax, settle_window
 from dirt_env.sim.state import TALLY, World
 from dirt_env.sim.super_steps import settle_long
 from dirt_env.sim.timestep import substeps
+from dirt_env.sim.window import on_map, widen
 
 METHODS = ("auto", "explicit", "super")
 FEW = 24  # sweeps after which `auto` goes on by super-steps
@@ -52,18 +53,16 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps.
     Returns whether the blade touches soil.
     """
-    a0, a1, a2, a3 = box_around(old, cell)
-    b0, b1, b2, b3 = box_around(new, cell)
-    box = (min(a0, b0) - 1, max(a1, b1) + 1, min(a2, b2) - 1, max(a3, b3) + 1)
+    box = cells_between(old, new, cell)
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = highest(height, box) > lowest
     if touches:
         _, _, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
         scrape(height, solid, outside, old, new, cell, lock, totals)
-        rows, cols = height.shape
-        r0, r1 = min(max(box[0], 0), rows - 1), max(min(box[1], rows), 1)
-        c0, c1 = min(max(box[2], 0), cols - 1), max(min(box[3], cols), 1)
-        widen(pending, r0, max(r1, r0 + 1), c0, max(c1, c0 + 1))
+        # Soil is put down in cells next to those that gave it.
+        r0, r1, c0, c1 = on_map((box[0] - 1, box[1] + 1, box[2] - 1, box[3] + 1), *height.shape)
+        widen(pending, r0, r1, c0, c1)
+        widen(changed, r0, r1, c0, c1)
     sweeps, lost = relax(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
     )
@@ -134,12 +133,23 @@ def set_down(
     measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
 
 
+@entry
+def let_go(world: World, grid: Grid, blade: Blade) -> None:
+    """Let slump from now on what leans on the machine's blade, which is about to be taken away."""
+    held = blade_line(world.machine[0], blade)
+    r0, r1, c0, c1 = cells_between(held, held, grid.cell)
+    r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
+    if r1 > r0 and c1 > c0 and highest(world.height, (r0, r1, c0, c1)) > held.edge - abs(held.roll) * held.half:
+        widen(world.pending, r0, r1, c0, c1)
+
+
 def place(
     world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
 ) -> None:
     """Put the machine at (x, y) [m] with that heading [rad], at rest, its blade at travel height.
 
-    Raises ValueError where it cannot stand: outside the site, or on something solid.
+    What leans on the blade where it was slumps in the next step. Raises ValueError where it cannot stand: outside the
+    site, or on something solid.
     """
     if not fits(world, grid, blade, machine, float(x), float(y), float(heading)):
         raise ValueError(
@@ -147,6 +157,8 @@ def place(
             f"allowed: tracks and blade inside 0..{grid.cols * grid.cell:g} m x 0..{grid.rows * grid.cell:g} m, "
             "clear of everything solid"
         )
+    if isinstance(world, World):  # constraints of a blade in cells last as long as they last
+        let_go(world, grid, blade)
     set_down(world, grid, soil, blade, machine, float(x), float(y), float(heading))
     world.tally[:] = np.zeros(1, TALLY)
 

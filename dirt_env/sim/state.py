@@ -30,7 +30,7 @@ TALLY = np.dtype(
 GROWTH = 8.0  # m
 GROWTH_CELLS = 2000.0  # and no more cells than this, start included
 MANTISSA = 24  # bits of a float32 significand: heights are multiples of a quantum below 2**24 of them
-BUFFERS = 9  # rows of the packed window, named in `window`
+BUFFERS = 6  # rows of the packed window, named in `window`
 WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold nothing between two steps
 
 
@@ -89,11 +89,13 @@ def make_world(
     quantum = quantum_for(grid.cell, float(np.abs(height).max()))
     ground = (np.round(height / quantum) * quantum).astype(dtype)
     solid = np.ascontiguousarray(solid, np.bool_) if solid is not None and np.any(solid) else None
+    machine = np.zeros(1, POSE)
+    machine[0].edge = np.inf  # in nobody's way until it is placed
     return World(
         height=ground,
         solid=solid,
         outside=ground.copy() if open_border else None,
-        machine=np.zeros(1, POSE),
+        machine=machine,
         tally=np.zeros(1, TALLY),
         changed=np.array([0, grid.rows, 0, grid.cols]),
         pending=np.array([0, grid.rows, 0, grid.cols]),

@@ -53,12 +53,33 @@ def levels_of(line, cell, bottom, dy, levels, r, c):
 
 
 @kernel
-def share_ahead(life, line, cell, side, r, c, m):
-    """1 if the cell is before the blade's face and fill may enter it, else 0; r and c may lie beyond the rim."""
+def share_ahead(life, line, cell, side, from_r, from_c, r, c, m):
+    """1 if the cell is before the blade's face and fill of the column (from_r, from_c) may enter it, else 0.
+
+    r and c may lie beyond the rim.
+    """
     if r < 0 or c < 0 or r >= life.shape[0] or c >= life.shape[1] or life[r, c, m] != 0:
         return 0.0
     ahead, _ = blade_frame(line, (c - 0.5) * cell, (r - 0.5) * cell)
-    return 1.0 if side * ahead > 0.0 else 0.0
+    return 1.0 if side * ahead > 0.0 and way_is_open(life, from_r, from_c, r, c, m) else 0.0
+
+
+@kernel
+def way_is_open(life, r, c, q, p, m):
+    """Whether no cell that is shut for ever lies on the straight way between two columns on a level.
+
+    Two such cells that touch at a corner are a wall: nothing goes through between them.
+    """
+    pieces = 2 * max(abs(q - r), abs(p - c))
+    at_r, at_c = r, c
+    for i in range(1, pieces + 1):
+        to_r, to_c = int(floor(r + (q - r) * i / pieces + 0.5)), int(floor(c + (p - c) * i / pieces + 0.5))
+        if life[to_r, to_c, m] == FOREVER:
+            return False
+        if life[at_r, to_c, m] == FOREVER and life[to_r, at_c, m] == FOREVER:
+            return False
+        at_r, at_c = to_r, to_c
+    return True
 
 
 @kernel
@@ -73,14 +94,14 @@ def put_ahead(incoming, life, active, line, cell, side, lock, r, c, m, amount):
         total = 0.0
         for i in range(4):
             weight = (fy if i // 2 else 1.0 - fy) * (fx if i % 2 else 1.0 - fx)
-            total += weight * share_ahead(life, line, cell, side, row + i // 2, column + i % 2, m)
+            total += weight * share_ahead(life, line, cell, side, r, c, row + i // 2, column + i % 2, m)
         if total < 1e-6:
             continue
         left_over, left_weight = amount, total
         for i in range(4):
             q, p = row + i // 2, column + i % 2
             weight = (fy if i // 2 else 1.0 - fy) * (fx if i % 2 else 1.0 - fx)
-            weight *= share_ahead(life, line, cell, side, q, p, m)
+            weight *= share_ahead(life, line, cell, side, r, c, q, p, m)
             if weight <= 0.0:
                 continue
             left_weight -= weight

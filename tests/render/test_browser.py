@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
+from dirt_env.render.pair import write_pair
 from dirt_env.render.replay import Recorder
 
 CHROMIUM = next(
@@ -68,3 +69,32 @@ def test_the_ground_is_seen(replay, tmp_path, renderer):
     assert ((middle[..., 0] - middle[..., 2]) > 25).mean() > 0.5, "earth in the middle"
     assert ((middle[..., 2] - middle[..., 0]) > 60).sum() > 100, "the goal's blue outline"
     assert ((middle[..., 0] > 180) & (middle[..., 2] < 90)).sum() > 100, "yellow: start and machine"
+
+
+@pytest.fixture
+def pair(site, make_pose, tmp_path):
+    """The page of two recordings; that on the right ends earlier and with more in the goal."""
+    recorders = {}
+    for name, steps, share in (("slow </script>", 80, 0.4), ("my_rules:Fast", 40, 0.9)):
+        recorders[name] = recorder = Recorder(name, "a site", site.cell, site.blade, site.machine)
+        recorder.begin("one", start=site.start, goal=site.goal, solid=site.solid, target=site.target)
+        for step in range(steps):
+            pose = make_pose(x=2 + 0.2 * step, y=6, edge=-0.1)
+            recorder.add(site.height, pose, 0.5 * step, {"share_in_goal": share * step / (steps - 1)})
+    write_pair(tmp_path / "pair.html", "a <b>site</b>", recorders)
+    return tmp_path / "pair.html"
+
+
+@pytest.mark.parametrize(
+    ("renderer", "flags"), [("webgl2", []), ("canvas", ["--disable-3d-apis"])], ids=["webgl2", "canvas"]
+)
+def test_two_policies_share_one_clock(pair, tmp_path, renderer, flags):
+    page, said = browse(pair, "at=30&camera=top", tmp_path, "--dump-dom", *flags)
+    assert said == []
+    assert re.search(rf'<html[^>]*data-renderer="{renderer}"[^>]*data-state="ready"', page)
+    assert "0:30 / 0:39" in page
+    sides = re.findall(r"<section.*?</section>", page, re.S)
+    assert ["<h1>slow &lt;/script&gt;</h1>" in sides[0], "<h1>my_rules:Fast</h1>" in sides[1]] == [True, True]
+    shares = [re.search(r"share in goal</dt><dd[^>]*>([\d.]+) %", side)[1] for side in sides]
+    assert shares == ["30.4", "90.0"]
+    assert [re.search(r"ends at</dt><dd>([\d:]+)<", side)[1] for side in sides] == ["0:39", "0:19"]

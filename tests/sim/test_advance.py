@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.diagnostics import volume
+from dirt_env.sim.diagnostics import steepest, volume
 from dirt_env.sim.params import Blade, Command, Machine
 from dirt_env.sim.timestep import substeps
 from tests.sim.worlds import SOIL, settled, world_of
@@ -86,6 +86,16 @@ def test_placing_outside_or_on_a_post_is_refused_with_the_place():
     for x, y in ((31.0, 16.0), (16.2, 16.2), (-1.0, 4.0)):
         with pytest.raises(ValueError, match=rf"does not fit at x {x:g} m, y {y:g} m"):
             place(world, grid, SOIL, BLADE, MACHINE, x, y, 0.0)
+
+
+def test_soil_that_leans_on_the_blade_slumps_when_the_machine_is_put_elsewhere():
+    world, grid = world_with_machine(np.full((64, 64), 0.3), 6.0, 8.0, 0.0)
+    go(world, grid, edge=-0.2, steps=2)
+    go(world, grid, speed=2.0, edge=-0.2, steps=6)
+    assert steepest(world.height, grid.cell) > 1.5 * SOIL.slope
+    place(world, grid, SOIL, BLADE, MACHINE, 26.0, 26.0, 2.0)
+    go(world, grid, steps=3)
+    assert steepest(world.height, grid.cell) <= SOIL.slope * 1.005
 
 
 @pytest.mark.parametrize("open_border", [False, True])

@@ -178,6 +178,21 @@ def test_a_crossed_cell_gives_what_stands_between_edge_and_top_to_the_cells_ahea
     assert totals[0] == 0.5
 
 
+def test_soil_does_not_go_through_the_corner_between_two_solid_cells():
+    at = line_at(2.2, 2.2, 0.25 * pi), line_at(2.3, 2.3, 0.25 * pi)
+    for solid_cells, goes in (([(4, 5), (5, 4)], False), ([(4, 5)], True), ([(5, 5)], True)):
+        world, _ = layer(9, 9, 0.0)
+        world.height[4, 4] = 0.75
+        solid = np.zeros((9, 9), bool)
+        solid[tuple(np.transpose(solid_cells))] = True
+        _, _, lock = limits(world.height, world.quantum, 0.5, K, 4e-3)
+        scrape(world.height, solid, None, *at, 0.5, lock, totals := np.zeros(4))
+        assert (world.height[4, 4] == 0.0) == goes
+        assert (totals[2] == 0.0) == goes
+        assert not world.height[solid].any()
+        assert world.height.sum(dtype=np.float64) == 0.75
+
+
 @pytest.mark.parametrize("heading", np.linspace(-3.0, 3.0, 7))
 def test_the_box_around_a_blade_holds_every_link_it_crosses(heading):
     blade = line_at(5.3, 4.9, heading)

@@ -164,6 +164,23 @@ def test_a_table_with_open_edges_keeps_the_slope_to_the_nearest_edge():
     assert volume(world.height, cell) + world.tally[0].lost == before
 
 
+def test_what_is_left_pending_lies_on_the_map_where_the_border_is_open():
+    ground = np.zeros((12, 14))
+    world, grid = world_of(ground, open_border=True)
+    world.height[0, 3:6], world.height[8, 13] = 9.0, 9.0
+    world.pending[:] = (0, 9, 3, 14)
+    settle_window(world, grid, SOIL._replace(max_sweeps=3), AWAY)
+    assert world.tally[0].lost > 0
+    r0, r1, c0, c1 = world.pending
+    assert 0 <= r0 < r1 <= 12
+    assert 0 <= c0 < c1 <= 14
+    settle(world, grid, SOIL)
+    full, _ = world_of(ground, open_border=True)
+    full.height[0, 3:6], full.height[8, 13] = 9.0, 9.0
+    settle(full, grid, SOIL)
+    np.testing.assert_array_equal(world.height, full.height)
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2)])
 def test_tiny_grids_settle_to_the_slope(shape):
     ground = np.zeros(shape)

@@ -1,0 +1,56 @@
+"""The cases' rows as a table for people, as JSON, and as the table in docs/stability.md."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from dirt_env.bench.provenance import provenance
+from dirt_env.bench.stability.watchdog import Row
+
+BEGIN, END = "<!-- cases: begin (dirt-push stability --doc FILE) -->", "<!-- cases: end -->"
+
+
+def line(row: Row, wide: int) -> str:
+    """One row of the table on the screen."""
+    return f"{'pass' if row.ok else 'FAIL'}  {row.case:<{wide}}  {row.cpu_s:7.2f} s  {row.measured}"
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """How many passed, how long it took, which is slowest."""
+    failed = [row for row in rows if not row.ok]
+    slowest = max(rows, key=lambda row: row.cpu_s)
+    return (
+        f"{len(rows) - len(failed)} of {len(rows)} cases pass; {sum(row.cpu_s for row in rows):.1f} s of processor "
+        f"time, at most {slowest.cpu_s:.1f} s in one ({slowest.case})"
+    )
+
+
+def write_json(rows: Sequence[Row], quick: bool, path: Path) -> None:
+    """Write `stability.json`; every row has the wall-clock limit it was under."""
+    report = {**provenance(), "quick": quick, "limit_s": max(row.limit_s for row in rows)}
+    report["rows"] = [row._asdict() for row in rows]
+    draft = path.with_suffix(".draft")
+    draft.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    draft.replace(path)
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """The table of docs/stability.md."""
+    lines = ["| case | what is right | measured | | s |", "|---|---|---|---|---|"]
+    lines += [
+        f"| {row.case} | {row.expected} | {row.measured} | {'pass' if row.ok else '**fails**'} | {row.cpu_s:.1f} |"
+        for row in rows
+    ]
+    made = provenance()
+    note = f"{summary(rows)}. {made['machine']}; " + ", ".join(f"{k} {v}" for k, v in made["versions"].items()) + "."
+    return "\n".join([*lines, "", note])
+
+
+def renew(path: Path, rows: Sequence[Row]) -> None:
+    """Put the table into a document, between the two markers; ValueError where they are not."""
+    text = path.read_text(encoding="utf-8")
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"{path} has no place for the table; needed: lines {BEGIN!r} and {END!r}")
+    path.write_text(f"{before}{BEGIN}\n\n{markdown(rows)}\n\n{END}{after}", encoding="utf-8")
