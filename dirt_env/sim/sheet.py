@@ -1,18 +1,31 @@
 """Wide windows of the ground, laid out for fast sweeps, with a ring of one cell around them.
 
-A sheet is an array [9, size] of rows laid out end to end; cell (i, j) of the window lies at p = (i + 1) * stride + j + 1,
-its right link at p of the rows `_X`, to p + 1, its upper link at p of the rows `_Y`, to p + stride. The ring holds what
+A sheet is an array [9, size] of rows laid out end to end; cell (i, j) of the window lies at
+p = (i + 1) * stride + j + 1, its right link at p of the rows `_X`, to p + 1, its upper link at p of the rows `_Y`, to p + stride. The ring holds what
 lies around the window: the ground, or beyond a wall a mirror of it, over which there are no differences.
 """
 
 import numpy as np
 
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.window import is_open, on_rim
 
-# The first five and the last two as in `window`; NEXT takes the ground after a sweep, HALF is work space.
-GROUND, OPEN_X, OPEN_Y, RATE_X, RATE_Y, NEXT, HALF, FLOW_X, FLOW_Y = range(9)
+# The first four as in `window`, for `blade.blocked_links`; NEXT takes the ground after a sweep, HALF is work space.
+GROUND, OPEN_X, OPEN_Y, RATE_Y, RATE_X, NEXT, HALF, FLOW_X, FLOW_Y = range(9)
 LANES = 16  # the stride is a multiple of this: whole vector registers
+
+
+@kernel
+def is_open(solid, outside, r, c, rows, cols):
+    """Whether soil can lie in cell (r, c): on the map or beyond an open border, and not solid."""
+    if r < 0 or c < 0 or r >= rows or c >= cols:
+        return outside is not None
+    return solid is None or not solid[r, c]
+
+
+@kernel
+def on_rim(r, c, rows, cols):
+    """1 for a cell beyond the border, 0 on the map."""
+    return 1 if r < 0 or c < 0 or r >= rows or c >= cols else 0
 
 
 @kernel

@@ -70,14 +70,6 @@ def lean_flows(low, here, high, flow_x, flow_y, n, momentum, gain, threshold2):
 
 
 @kernel
-def masked_flows(here, ahead, side, open_ahead, open_side, flow, n, near, far, momentum, gain, threshold2):
-    """The same on one direction's links; closed ones carry nothing and give nothing to the gradients around them.
-
-    `here` etc. begin `stride` + 1 cells before. `near`: from a cell to the next across; `far`: along the link.
-    """
-
-
-@kernel
 def masked_flows_x(low, here, high, open_x, above, below, rate, flow, n, momentum, gain, threshold2):
     """The same on right links; closed ones carry nothing and give nothing to the gradients around them.
 
@@ -110,6 +102,17 @@ def masked_flows_y(here, high, open_y, right, right_high, rate, flow, n, momentu
         steep = drop * drop + across * across
         share = (four * (steep * steep - fourth)) / (fourth + steep * (tenfold + five * steep))
         flow[p] = momentum * flow[p] + gain * rate[p] * (drop * share if steep > threshold2 else nothing)
+
+
+@kernel
+def swept_only(sheet, links, levels, count):
+    """Drop those of the listed links that the window does not sweep; returns how many are left."""
+    left = 0
+    for k in range(count):
+        if sheet[RATE_X if links[k, 2] else RATE_Y, links[k, 0]] != 0:
+            links[left], levels[left] = links[k], levels[k]
+            left += 1
+    return left
 
 
 @kernel
@@ -311,7 +314,8 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
             pack_links(solid, outside, sheet, stride, window, rows, cols, masked)
             if blade_low:
                 shifted = (window[0], window[1], window[2] - 1, window[3])
-                count = blocked_links(line, cell, shifted, stride, sheet, links, levels)
+                count = blocked_links(line, cell, shifted, stride, 0, sheet.shape[1], sheet, links, levels)
+                count = swept_only(sheet, links, levels, count)
             move_flows(old, old_stride, before, sheet, stride, window)
             if outside is not None:
                 drain_rim(outside, ground, ground, stride, window, rows, cols)
