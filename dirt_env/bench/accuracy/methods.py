@@ -10,6 +10,7 @@ import numpy as np
 from dirt_env.bench.accuracy.case import Case
 from dirt_env.bench.accuracy.pouring import portions
 from dirt_env.bench.accuracy.worlds import world_of
+from dirt_env.sim.advance import METHODS as SETTLING
 from dirt_env.sim.advance import settle
 from dirt_env.sim.blade import Line
 from dirt_env.sim.drag import drag
@@ -23,6 +24,7 @@ from dirt_env.sim.voxel_state import GRAIN, Rules, make_voxels
 PRECISIONS = {"f4": np.float32, "f8": np.float64}
 ENDLESS = 10**9  # sweeps
 UPDATES = 20000  # of the paper's cells, after which they count as never at rest
+TITLES = {"super": "super-steps"}  # of the methods of `settle`, where the name does not do
 AWAY = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -219,7 +221,7 @@ METHODS = {
         Method("neighbours-8", "8 neighbours", _SWEEPERS[:-1], eight_neighbours, cells=128),
         Method("explicit", "explicit sweeps", (*_SWEEPERS, "flux"), explicit),
         _settling("default", "auto", "default (settle)"),
-        _settling("super", "super", "super-steps"),
+        *(_settling(name, name, TITLES.get(name, name)) for name in SETTLING if name not in ("auto", "explicit")),
         Method("water-filling", "dump", ("pour once", "pour"), water_filling, ("precision",), explicit=False),
         Method("blade", "default (blade)", ("drag",), blade, ("tolerance", "precision")),
     )
