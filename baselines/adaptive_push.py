@@ -43,10 +43,10 @@ class AdaptivePush:
     sees = "map"
     worth: Worth = staticmethod(farthest_first)
 
-    def __init__(self, config: SceneConfig, parameters: Pushing | None = None) -> None:
-        """For a scene; the numbers are those of its terrain unless others are given."""
+    def __init__(self, config: SceneConfig, parameters: Pushing | None = None, site: Site | None = None) -> None:
+        """For a scene; the numbers are those of its terrain, the site is what is observed, unless others are given."""
         self.parameters = parameters or numbers_for(config.terrain.kind)
-        self.site = Site(config)
+        self.site = site or Site(config)
         self._body = Body(self.site)
         self._acts = {
             State.SELECT: self._select,
@@ -61,6 +61,10 @@ class AdaptivePush:
     def reset(self, seed: int | None = None) -> None:
         """Start an episode. Nothing is random, so the seed does not matter."""
         self.site.forget()
+        self.forget()
+
+    def forget(self) -> None:
+        """Know of nothing that was done so far."""
         self.state = State.SELECT
         self.push: Push | None = None
         self._failed: list[Point] = []
@@ -74,6 +78,10 @@ class AdaptivePush:
     def act(self, observation: Observation) -> np.ndarray:
         """Action (3,) for an observation with a map."""
         self.site.see(observation)
+        return self.decide()
+
+    def decide(self) -> np.ndarray:
+        """Action (3,) for the site as it is."""
         action = None
         while action is None:
             action = self._acts[self.state]()
@@ -109,12 +117,16 @@ class AdaptivePush:
             pushes = self._choose()
         if not pushes:
             return self._go(State.DONE)
-        self.push = pushes[0]
+        self.begin(pushes[0])
+        return None
+
+    def begin(self, push: Push) -> None:
+        """Set out for a push."""
+        self.push = push
         self._way = self._way_to_start()
         self._found = self.site.excess
         self._layer = layer(self.site, self.push, self.parameters.layer * self.site.rated)
         self._go(State.NAVIGATE)
-        return None
 
     def _choose(self) -> list[Push]:
         """Pushes worth beginning, the best one first."""

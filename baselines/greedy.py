@@ -4,6 +4,7 @@ from dirt_env.config import SceneConfig
 
 from .adaptive_push import AdaptivePush
 from .pushing.parameters import GreedyParameters
+from .pushing.site import Site
 from .pushing.worth import Worth, gain_per_second
 
 
@@ -12,9 +13,11 @@ class Greedy(AdaptivePush):
 
     worth: Worth = staticmethod(gain_per_second)
 
-    def __init__(self, config: SceneConfig, parameters: GreedyParameters | None = None) -> None:
-        """For a scene; the numbers are those of `GreedyParameters` unless others are given."""
-        super().__init__(config, parameters or GreedyParameters())
+    def __init__(
+        self, config: SceneConfig, parameters: GreedyParameters | None = None, site: Site | None = None
+    ) -> None:
+        """For a scene; the numbers are those of `GreedyParameters`, the site is what is observed, unless given."""
+        super().__init__(config, parameters or GreedyParameters(), site)
 
 
 def make(config: SceneConfig) -> Greedy:
