@@ -119,6 +119,8 @@ class DirtPushEnv(gymnasium.Env):
     `terrain="voxel"` puts the paper's three-dimensional grid of cells in place of the height field: everything above
     stays the same but the dynamics, which docs/paper.md describes.
 
+    Many worlds at once: `gymnasium.make_vec("DirtPush-v0", num_envs=N)`, see `dirt_env.vector.DirtPushVectorEnv`.
+
     ## Versions
     v0: first.
     """

@@ -46,7 +46,7 @@ def check_alike(named: Sequence[tuple[str, SceneConfig]]) -> None:
                 name = next(name for name, other in named if other == config)
                 raise ValueError(
                     f"{name} has {feature} {value}, and {first_name} has {expected[feature]}; allowed in one batch: "
-                    'the same in all worlds, or gymnasium.make_vec(..., vectorization_mode="sync")'
+                    "the same in all worlds, or a gymnasium.vector.SyncVectorEnv of single environments"
                 )
 
 

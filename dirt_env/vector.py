@@ -96,18 +96,19 @@ class DirtPushVectorEnv(VectorEnv):
         self._kept = None if copy else self._worlds.observer.blanks(self.num_envs)
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: Any = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Start new episodes, in all worlds or in those of `options["reset_mask"]` bool[num_envs].
 
         `seed`: that of the first world, from which the others count up; or a list. The other options are those of
-        `DirtPushEnv.reset`. Raises ValueError or TypeError, and changes nothing, if seeds or options are bad.
+        `DirtPushEnv.reset`; a list has those of each world. Raises ValueError, and changes nothing, if seeds or options
+        are bad.
         """
         mask, options = read_mask(options, self.num_envs)
         seeds = read_seeds(seed, self.num_envs)
         if any(self._worlds.layouts[world] is None for world in np.flatnonzero(~mask)):
             raise ResetNeeded("Cannot reset some of the worlds before calling env.reset() for all of them")
-        self._begin(np.flatnonzero(mask), seeds, options)
+        self._begin(np.flatnonzero(mask).tolist(), seeds, options)
         self._ended[mask] = False
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
@@ -129,9 +130,7 @@ class DirtPushVectorEnv(VectorEnv):
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
         self._run(values, idle, sight, figures)
-        restarted = np.flatnonzero(idle)
-        if len(restarted):
-            self._restart(restarted, sight, figures)
+        self._restart(np.flatnonzero(idle).tolist(), sight, figures)
         terminated, truncated = figures[SUCCESS] == 1.0, self._are_out_of_time()
         terminated[idle] = truncated[idle] = False
         self._ended = terminated | truncated
@@ -150,7 +149,7 @@ class DirtPushVectorEnv(VectorEnv):
         ended, self._ended = self._ended, np.zeros_like(self._ended)
         final = figures.copy()
         infos = end_infos(batch_infos(final, ended, ended) if self._info != "none" else {}, seen, ended)
-        self._restart(np.flatnonzero(ended), sight, figures)
+        self._restart(np.flatnonzero(ended).tolist(), sight, figures)
         if self._info == "all":
             infos |= batch_infos(figures, np.ones_like(ended), ~ended)
         return final[REWARD], terminated, truncated, infos
@@ -165,25 +164,27 @@ class DirtPushVectorEnv(VectorEnv):
 
         self._crew.run(work, self.num_envs)
 
-    def _restart(self, indices: np.ndarray, sight: Sight, figures: np.ndarray) -> None:
+    def _restart(self, indices: list[int], sight: Sight, figures: np.ndarray) -> None:
         """New episodes in these worlds, with their first observations and infos, and no reward."""
         self._begin(indices, [None] * self.num_envs, None)
-        for index in indices.tolist():
+        for index in indices:
             self._worlds.run(show_worlds, sight, figures, index, index + 1, 0)
 
-    def _begin(self, indices: np.ndarray, seeds: Sequence[int | None], options: dict[str, Any] | None) -> None:
+    def _begin(self, indices: Sequence[int], seeds: Sequence[int | None], options: Any) -> None:
         """New episodes in these worlds; none at all if one of them is refused for its options."""
-        envs = [(self.envs[index], seeds[index]) for index in indices.tolist()]
         if not options:
-            for env, seed in envs:
-                env.put(env.begin(seed))
+            for index in indices:
+                self.envs[index].put(self.envs[index].begin(seeds[index]))
             return
+        each = options if isinstance(options, list) else [options] * self.num_envs
+        if len(each) != self.num_envs:
+            raise ValueError(f"reset options are a list of {len(each)}; allowed: {self.num_envs}, or one for all")
         with ExitStack() as undo:
-            for env, _ in envs:
-                undo.enter_context(env.generator_kept_on_error())
-            episodes = [env.begin(seed, options) for env, seed in envs]
-        for (env, _), episode in zip(envs, episodes, strict=True):
-            env.put(episode)
+            for index in indices:
+                undo.enter_context(self.envs[index].generator_kept_on_error())
+            episodes = [self.envs[index].begin(seeds[index], each[index]) for index in indices]
+        for index, episode in zip(indices, episodes, strict=True):
+            self.envs[index].put(episode)
 
     def _are_out_of_time(self) -> np.ndarray:
         """Which worlds have had all their steps."""

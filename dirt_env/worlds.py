@@ -77,9 +77,8 @@ class Worlds:
         batch.job.centers[index, : len(centers)] = centers
         _write_episode(batch.episodes[index], self.configs[index], episode)
         self.layouts[index] = episode.layout
-        shared = (*Batch._fields, "solid")
         cells = {} if self._is_field else episode.world._asdict()
-        self._cells[index] = {name: part for name, part in cells.items() if name not in shared}
+        self._cells[index] = {name: part for name, part in cells.items() if name not in Batch._fields}
         self.run(take_up, index, index + 1)
 
     def episode(self, index: int) -> Episode:
@@ -137,7 +136,7 @@ class Worlds:
 
     def _world(self, index: int) -> AnyWorld:
         """One world; its arrays are those of the batch."""
-        batch, solid, outside = self.batch, self.batch.job.solid, self.batch.outside
+        batch, solid, outside = self.batch, self.batch.solid, self.batch.outside
         shared = {
             "height": batch.height[index],
             "solid": None if solid is None else solid[index],

@@ -61,11 +61,12 @@ EPISODE = np.dtype(
 class Batch(NamedTuple):
     """Worlds [n], jobs and scenes; see `sim.state.World` and `Job` for the arrays, which have one index more here.
 
-    The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use; `job.solid` is
-    the worlds' too. `sums` f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
+    The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use.
+    `sums` f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
     """
 
     height: np.ndarray
+    solid: np.ndarray | None
     outside: np.ndarray | None
     machine: np.ndarray
     tally: np.ndarray
@@ -108,6 +109,7 @@ def make_batch(count: int, rows: int, cols: int, walls: bool, open_border: bool,
     )
     return Batch(
         height=ground[0],
+        solid=np.zeros(shape, np.bool_) if walls else None,
         outside=np.zeros(shape, np.float32) if open_border else None,
         machine=np.zeros(count, POSE),
         tally=np.zeros(count, TALLY),

@@ -67,7 +67,7 @@ def step_worlds(
             action, machine = actions[w - base], machine_of(scene)
             command = command_of(action[0], action[1], action[2], machine)
             step(
-                batch.height[w], at(batch.job.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
+                batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
                 scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
                 batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
                 scene.period,

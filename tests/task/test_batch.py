@@ -71,8 +71,8 @@ def test_a_job_is_a_view_of_the_arrays():
 @pytest.mark.parametrize("has", [True, False])
 def test_what_worlds_do_not_have_is_none(has):
     batch = make_batch(2, 5, 6, walls=has, open_border=has, design=has)
-    absent = [batch.outside is None, batch.job.solid is None, batch.job.design is None]
-    assert absent == [not has] * 3
+    absent = [part is None for part in (batch.outside, batch.solid, batch.job.solid, batch.job.design)]
+    assert absent == [not has] * 4
 
 
 def test_a_batch_has_all_arrays_of_a_job_and_a_thread():
