@@ -207,7 +207,7 @@ def table(results: dict) -> str:
     names = [name for name in results["scenes"][0] if name != "scene"]
     lines = ["| column collapse, 64 x 64 | relative L1 error | time, ms |", "|---|---|---|"]
     lines += [f"| {row['terrain']} | {100 * row['error']:.2f} % | {row['ms']:.1f} |" for row in results["collapse"]]
-    lines += ["", "| one update of 64 x 64 x 32 cells | ns a cell |", "|---|---|"]
+    lines += ["", "| one update of 64 x 64 x 32 cells | ns a cell of the grid |", "|---|---|"]
     lines += [f"| {row['what']} | {row['ns']:.3f} |" for row in results["updates"]]
     lines += ["", f"| adaptive push | {' | '.join(names)} |", "|---|" + "---|" * len(names)]
     lines += [f"| {row['scene']} | {' | '.join(outcome(row[name]) for name in names)} |" for row in results["scenes"]]
