@@ -49,19 +49,15 @@ SCENE = np.dtype(
 
 # An episode: the world's quantum [m], number of goal centres, scale of the reward, the job at its start, what has been
 # done since, and whether it is finished.
-EPISODE = np.dtype(
-    (
-        np.record,
-        [("scale", record_of(Scale)), ("start", record_of(Remaining)), ("totals", record_of(Totals))]
-        + [(name, kind) for name, kind in (("quantum", "f8"), ("centers", "i8"), ("finished", "i8"))],
-    )
-)
+_PARTS = [("scale", record_of(Scale)), ("start", record_of(Remaining)), ("totals", record_of(Totals))]
+EPISODE = np.dtype((np.record, [*_PARTS, ("quantum", "f8"), ("centers", "i8"), ("finished", "i8")]))
 
 
 class Batch(NamedTuple):
     """Worlds [n], jobs and scenes; see `sim.state.World` and `Job` for the arrays, which have one index more here.
 
-    The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use. `sums` f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
+    The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use. `sums`
+    f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
     """
 
     height: np.ndarray
