@@ -15,7 +15,7 @@ from .pushing.body import Body
 from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
 from .pushing.edge import edge_for
-from .pushing.parameters import Parameters, numbers_for
+from .pushing.parameters import Pushing, numbers_for
 from .pushing.route import Point, way
 from .pushing.site import Site
 from .pushing.worth import Worth, farthest_first
@@ -43,7 +43,7 @@ class AdaptivePush:
     sees = "map"
     worth: Worth = staticmethod(farthest_first)
 
-    def __init__(self, config: SceneConfig, parameters: Parameters | None = None) -> None:
+    def __init__(self, config: SceneConfig, parameters: Pushing | None = None) -> None:
         """For a scene; the numbers are those of its terrain unless others are given."""
         self.parameters = parameters or numbers_for(config.terrain.kind)
         self.site = Site(config)

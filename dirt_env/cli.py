@@ -57,11 +57,45 @@ def _parser() -> argparse.ArgumentParser:
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scene, as in --set soil.repose=30"
     )
     run.set_defaults(command=_run)
+    _add_accuracy(commands)
     _add_evaluate(commands)
     _add_stability(commands)
     commands.add_parser("scenes", help="list the shipped scenes").set_defaults(command=_scenes)
     commands.add_parser("policies", help="list the policies").set_defaults(command=_policies)
     return parser
+
+
+def _add_accuracy(commands: Any) -> None:
+    accuracy = commands.add_parser("accuracy", help="error against run time, at problems with known answers")
+    accuracy.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the rows and the report")
+    accuracy.add_argument("--quick", action="store_true", help="a few problems and settings, in under a minute")
+    accuracy.add_argument("--problem", action="append", default=[], metavar="NAME", help="this only (may be repeated)")
+    accuracy.add_argument("--method", action="append", default=[], metavar="NAME", help="this only (may be repeated)")
+    accuracy.add_argument(
+        "--renew-docs", type=Path, metavar="DIR", help="write the tables and plots of accuracy.md in DIR anew"
+    )
+    accuracy.set_defaults(command=_accuracy)
+
+
+def _accuracy(options: argparse.Namespace) -> int:
+    from dirt_env.bench.accuracy.command import Accuracy, renew_document
+
+    if options.renew_docs is not None and (options.quick or options.problem or options.method):
+        raise ValueError("--renew-docs is given; allowed: with the full set, without --quick, --problem and --method")
+    if options.renew_docs is not None and not (options.renew_docs / "accuracy.md").is_file():
+        raise ValueError(f"--renew-docs is {options.renew_docs}; allowed: a folder with accuracy.md")
+    run = Accuracy(_writable(options.out), options.quick, options.problem, options.method)
+    if run.aside is not None:
+        sys.stderr.write(f"dirt-push: rows of another version or machine are now in {run.aside}; beginning anew\n")
+    if not run.measure():
+        done = f"after {len(run.items) - len(run.left())} of {len(run.items)} rows, all kept in {options.out}"
+        sys.stderr.write(f"dirt-push: interrupted {done}; the same command goes on from there\n")
+        return INTERRUPTED
+    written = run.write()
+    if options.renew_docs is not None:
+        written += renew_document(options.renew_docs, run.report())
+    _say(run.table(), "wrote " + ", ".join(str(path) for path in written))
+    return 0
 
 
 def _add_evaluate(commands: Any) -> None:

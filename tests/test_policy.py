@@ -1,7 +1,9 @@
 """Policies by name: scripted ones, and anybody's own as module:attribute, from the current folder too."""
 
 import json
+import re
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -94,3 +96,16 @@ def test_evaluate_takes_it_in_other_processes_too(folder, capsys):
     result = json.loads((folder / "out" / "evaluation.json").read_text())
     assert result["policies"][0] == {"name": "rules_of_mine:MyPush", "sees": "patch"}
     assert result["overall"][0]["metrics"]["distance_m"]["iqm"] > 0.0
+
+
+def test_the_rules_in_the_readme_do_what_it_says(folder, capsys):
+    readme = (Path(__file__).resolve().parents[1] / "README.md").read_text()
+    [rules] = re.findall(r"```python\n(import numpy as np\n\n\nclass MyPush.*?)```", readme, re.S)
+    (folder / "my_rules.py").write_text(rules)
+    suite = folder / "easy.toml"
+    suite.write_text('[[job]]\nscene = "heap"\nlevels = [0]\n')
+    options = ["--policies", "my_rules:MyPush,idle", "--layouts", "3", "--suite", str(suite), "--out", "out"]
+    assert main(["evaluate", *options]) == 0
+    result = json.loads((folder / "out" / "evaluation.json").read_text())
+    assert 0.5 < result["overall"][0]["metrics"]["share_end"]["iqm"] < 0.7
+    assert len([line for line in rules.splitlines() if line.strip()]) <= 20

@@ -10,7 +10,7 @@ from dirt_env.task.haul import haul_distance
 
 from .assign import assign
 from .drive import wrap
-from .parameters import Parameters
+from .parameters import Pushing
 from .route import Point, is_clear, way
 from .site import Site
 from .worth import Candidates, Worth
@@ -36,7 +36,7 @@ class Push(NamedTuple):
         return self.way[-1]
 
 
-def choose(site: Site, numbers: Parameters, failed: list[Point], worth: Worth, most: int = 1) -> list[Push]:
+def choose(site: Site, numbers: Pushing, failed: list[Point], worth: Worth, most: int = 1) -> list[Push]:
     """The pushes that are worth most now, best first, at most `most`, away from where one has just `failed`.
 
     Only one of those that begin within half a blade's width of each other is in it; none are if all is done.
@@ -63,7 +63,7 @@ def _apart(site: Site, found: Candidates, worth: np.ndarray, most: int) -> list[
     return chosen
 
 
-def destinations(site: Site, numbers: Parameters) -> list[np.ndarray]:
+def destinations(site: Site, numbers: Pushing) -> list[np.ndarray]:
     """Cells to aim at, bool [row, col], one mask for each goal; or the cells of a design where soil is missing."""
     places = [goal & (site.depth >= min(numbers.inset, 0.6 * site.depth[goal].max())) for goal in site.goals]
     if not places:
@@ -72,9 +72,7 @@ def destinations(site: Site, numbers: Parameters) -> list[np.ndarray]:
     return places
 
 
-def candidates(
-    site: Site, numbers: Parameters, places: list[np.ndarray], cells, failed: list[Point]
-) -> Candidates | None:
+def candidates(site: Site, numbers: Pushing, places: list[np.ndarray], cells, failed: list[Point]) -> Candidates | None:
     """Every push that can be begun from one of the `cells` (rows, columns), or from some if there are many; or None."""
     shut = site.gap < 0.5 * site.blade.width + numbers.clearance
     walls = shut if site.solid.any() else None
@@ -94,7 +92,7 @@ def candidates(
     return Candidates(*(part[good] for part in (first, aim, cost[some, goal], approach, ahead)))
 
 
-def _aims(site: Site, numbers: Parameters, places: list[np.ndarray], first: np.ndarray, goal: np.ndarray) -> np.ndarray:
+def _aims(site: Site, numbers: Pushing, places: list[np.ndarray], first: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Where each push ends, [n, 2]: the nearest cell of its goal's place, moved on towards the middle."""
     aim = np.empty_like(first)
     for index, place in enumerate(places):
@@ -135,7 +133,7 @@ def _balance(site: Site) -> tuple[float, float]:
     return (x1 - x0) / length, (y1 - y0) / length
 
 
-def _beside_walls(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray) -> np.ndarray:
+def _beside_walls(site: Site, numbers: Pushing, first: np.ndarray, aim: np.ndarray) -> np.ndarray:
     """Where the blade's middle begins each push [n, 2]: on the first soil, or so far beside it that it passes walls."""
     begin, open_way = first.copy(), np.zeros(len(first), bool)
     for share in ASIDE:
@@ -148,7 +146,7 @@ def _beside_walls(site: Site, numbers: Parameters, first: np.ndarray, aim: np.nd
     return begin
 
 
-def _is_open_lane(site: Site, numbers: Parameters, begin: np.ndarray, aim: np.ndarray) -> np.ndarray:
+def _is_open_lane(site: Site, numbers: Pushing, begin: np.ndarray, aim: np.ndarray) -> np.ndarray:
     """Whether the blade passes walls and the site's border from `begin` to `aim`, bool [n]."""
     length = np.maximum(np.hypot(*(aim - begin).T), 1e-9)
     unit = (aim - begin) / length[:, None]
@@ -167,7 +165,7 @@ def _is_open_lane(site: Site, numbers: Parameters, begin: np.ndarray, aim: np.nd
     return fits
 
 
-def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray):
+def _approaches(site: Site, numbers: Pushing, first: np.ndarray, aim: np.ndarray):
     """Start of each push: pivot [n, 2], heading [n, 2], whether it can turn there; straight behind if possible."""
     straight = np.arctan2(aim[:, 1] - first[:, 1], aim[:, 0] - first[:, 0])
     size, radius = np.array(site.extent), site.turning_radius
@@ -184,7 +182,7 @@ def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndar
     return approach, ahead, good
 
 
-def _push(site: Site, numbers: Parameters, found: Candidates, i: int) -> Push:
+def _push(site: Site, numbers: Pushing, found: Candidates, i: int) -> Push:
     """The i-th candidate with its way."""
     first, approach, aim = (tuple(map(float, part[i])) for part in (found.first, found.approach, found.aim))
     shut = site.gap < 0.5 * site.blade.width + numbers.clearance
@@ -197,7 +195,7 @@ def _push(site: Site, numbers: Parameters, found: Candidates, i: int) -> Push:
     return Push(first, approach, heading, [first, *leg, *points])
 
 
-def _leg_along_border(site: Site, numbers: Parameters, begin: Point, aim: Point) -> list[Point]:
+def _leg_along_border(site: Site, numbers: Pushing, begin: Point, aim: Point) -> list[Point]:
     """Where a push that begins beside the border leaves it: past the soil along it, which a straight one misses."""
     (x, y), (east, north), reach = begin, site.extent, site.blade.width
     borders = (x, site.x), (east - x, east - site.x), (y, site.y), (north - y, north - site.y)

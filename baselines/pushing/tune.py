@@ -14,7 +14,7 @@ from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
 from dirt_env.split import training_seeds
 
-from .parameters import Parameters, range_of
+from .parameters import Pushing, range_of
 
 JOBS = ({"level": 1}, {"level": 3}, {"level": 5}, {"scene": "dig"}, {"scene": "posts"}, {"scene": "several_goals"})
 SPREAD = 0.12  # of a number's range; how far a trial goes from the best so far
@@ -35,7 +35,7 @@ def cost(env: DirtPushEnv, policy, seed: int) -> float:
     return left / steps
 
 
-def trial(best: Parameters, generator: np.random.Generator) -> Parameters:
+def trial(best: Pushing, generator: np.random.Generator) -> Pushing:
     """The best so far with a few numbers changed."""
     entries = fields(best)
     changes = {}
@@ -46,14 +46,14 @@ def trial(best: Parameters, generator: np.random.Generator) -> Parameters:
     return replace(best, **changes)
 
 
-def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: str = "adaptive_push") -> Parameters:
+def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: str = "adaptive_push") -> Pushing:
     """The best of some trials; every job is played on the same training layouts each time."""
     generator = np.random.default_rng(seed)
     seeds = training_seeds(generator, episodes)
     envs = [DirtPushEnv(observation={"map": True}, **job) for job in JOBS]
     policies = [load_policy(policy, env.config) for env in envs]
 
-    def total(numbers: Parameters) -> float:
+    def total(numbers: Pushing) -> float:
         costs = []
         for env, policy in zip(envs, policies, strict=True):
             policy.parameters = numbers

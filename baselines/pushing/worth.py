@@ -1,7 +1,7 @@
 """What candidate pushes are worth, by two measures: farthest soil first, or soil times way in a second."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class Candidates(NamedTuple):
     ahead: np.ndarray  # [n, 2] unit vectors of the headings at the start
 
 
-Worth = Callable[[Site, Parameters, Candidates], np.ndarray]
+Worth = Callable[[Site, Any, Candidates], np.ndarray]
 
 
 def farthest_first(site: Site, numbers: Parameters, found: Candidates) -> np.ndarray:

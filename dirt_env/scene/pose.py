@@ -6,6 +6,7 @@ import numpy as np
 
 from dirt_env.scene.distance import distance_inside
 from dirt_env.scene.layout import Setting
+from dirt_env.sim.params import Grid
 
 BACK_OFF = 3.0  # m from the foot of the soil to the pivot
 
@@ -67,3 +68,22 @@ def under(setting: Setting, pose: tuple[float, float, float]) -> np.ndarray:
     along = np.abs(dx * cos(heading) + dy * sin(heading))
     across = np.abs(dy * cos(heading) - dx * sin(heading))
     return (along <= setting.machine.length / 2) & (across <= setting.machine.width / 2)
+
+
+def touches(setting: Setting, pose: tuple[float, float, float], solid: np.ndarray) -> bool:
+    """Whether the tracks' rectangle or the blade overlaps a solid cell anywhere, not only at its centre."""
+    x, y, heading = pose
+    blade, machine = setting.blade, setting.machine
+    ahead = x + blade.reach * cos(heading), y + blade.reach * sin(heading)
+    tracks = _overlapped(setting.grid, x, y, heading, machine.length / 2, machine.width / 2)
+    return bool((solid & (tracks | _overlapped(setting.grid, *ahead, heading, 0.0, blade.width / 2))).any())
+
+
+def _overlapped(grid: Grid, x: float, y: float, heading: float, long: float, wide: float) -> np.ndarray:
+    """Cells that a rectangle of half sides `long`, `wide` [m] overlaps, bool [rows, cols]: no axis separates them."""
+    dx = (np.arange(grid.cols)[None, :] + 0.5) * grid.cell - x
+    dy = (np.arange(grid.rows)[:, None] + 0.5) * grid.cell - y
+    c, s, half = abs(cos(heading)), abs(sin(heading)), 0.5 * grid.cell
+    along = np.abs(dx * cos(heading) + dy * sin(heading)) <= long + half * (c + s)
+    across = np.abs(dy * cos(heading) - dx * sin(heading)) <= wide + half * (c + s)
+    return along & across & (np.abs(dx) <= half + c * long + s * wide) & (np.abs(dy) <= half + s * long + c * wide)

@@ -11,6 +11,7 @@ from dirt_env.scene.ground import Rough
 from dirt_env.scene.heaps import cone_radius, heap
 from dirt_env.scene.layout import Layout, Setting, centres, soil_above
 from dirt_env.scene.obstacles import Post, solid_cells
+from dirt_env.scene.pose import touches
 
 Span = tuple[float, float]
 ATTEMPTS = 200  # beginnings of a layout, each with a new goal
@@ -62,8 +63,11 @@ def sample(sampler: Sampler, setting: Setting, ground: Ground, rng: np.random.Ge
     """A random layout; an error if nothing suits after many attempts."""
     for _ in range(ATTEMPTS):
         draft = _draft(sampler, setting, rng)
-        if draft is not None:
-            return _build(draft, sampler, setting, ground, rng)
+        if draft is None:
+            continue
+        layout = _build(draft, sampler, setting, ground, rng)
+        if layout.solid is None or not touches(setting, layout.pose, layout.solid):  # a post's cells are wider than it
+            return layout
     width, depth = setting.size
     raise ValueError(
         f"layout finds no place in {ATTEMPTS} attempts on a site of {width:g} m x {depth:g} m for "

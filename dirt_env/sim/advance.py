@@ -7,14 +7,16 @@ from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
-from dirt_env.sim.slump import limits, relax, settle_window
+from dirt_env.sim.projection import project
+from dirt_env.sim.slump import limits, settle_window
 from dirt_env.sim.state import TALLY, World
-from dirt_env.sim.super_steps import settle_long
+from dirt_env.sim.super_steps import is_settled, settle_long, subside
 from dirt_env.sim.timestep import substeps
 from dirt_env.sim.window import on_map, widen
 
-METHODS = ("auto", "explicit", "super")
+METHODS = ("auto", "explicit", "super", "projection")
 FEW = 24  # sweeps after which `auto` goes on by super-steps
+FINISH = 200.0  # pseudo-time that a projection counts as having taken, for what is left to settle after it
 PATIENCE = 50  # stages for each row and column after which plain sweeps, which always end, take over
 
 
@@ -63,7 +65,7 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
         r0, r1, c0, c1 = on_map((box[0] - 1, box[1] + 1, box[2] - 1, box[3] + 1), *height.shape)
         widen(pending, r0, r1, c0, c1)
         widen(changed, r0, r1, c0, c1)
-    sweeps, lost = relax(
+    sweeps, lost = subside(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
     )
     totals[1] += lost
@@ -166,19 +168,26 @@ def place(
 def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
     """Relax the whole ground to the angle of repose; returns the sweeps (stages, iterations) it took.
 
-    `method`: one of METHODS, see docs/physics.md. Raises ValueError for another.
+    `method`: "explicit", sweep by sweep; "super", by super-steps (`super_steps`); "auto", super-steps where few sweeps
+    do not do; "projection", all soil at once (`projection`), which is another physics and therefore never chosen for
+    you. docs/physics.md says which to take. Raises ValueError for another method, and for a projection of a site with
+    solid cells or an open border.
     """
     if method not in METHODS:
         raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
+    if method == "projection" and (world.solid is not None or world.outside is not None):
+        raise ValueError("method is 'projection' on a site with solid cells or an open border; allowed: walls only")
     world.pending[:] = (0, grid.rows, 0, grid.cols)
     away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    total = 0
+    total, elapsed = 0, 0.0
+    if method == "projection" and not is_settled(world, grid, soil):
+        total, elapsed = project(world, grid, soil), FINISH
     if method == "auto":
         total = settle_window(world, grid, soil._replace(max_sweeps=min(soil.max_sweeps, FEW)), away)
-    if method in ("auto", "super"):
-        most = PATIENCE * (grid.rows + grid.cols) + 1000
-        while world.pending[1] > world.pending[0] and total < most:
-            total += settle_long(world, grid, soil, away, total * RATE)
+        elapsed = total * RATE
+    most = total + PATIENCE * (grid.rows + grid.cols) + 1000
+    while world.pending[1] > world.pending[0] and total < most and method != "explicit":
+        total += settle_long(world, grid, soil, away, elapsed)
     while world.pending[1] > world.pending[0]:
         total += settle_window(world, grid, soil, away)
     return total

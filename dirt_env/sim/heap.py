@@ -1,8 +1,8 @@
 """Soil poured out at a point: h = max(h0, c - k dist) at once, with the level c that gives the volume.
 
 This is the exact pile of a point source on ground no steeper than k (Prigozhin 1996); walls and corners hold it back.
-What a cell gets is the average over the cell, of the plane that touches the cone at its centre, or near the tip of 8 x 8
-points.
+What a cell gets is the average over the cell, of the plane that touches the cone at its centre, or near the tip of 8 x
+8 points.
 """
 
 from math import asinh, floor, hypot, pi, sqrt
@@ -75,7 +75,7 @@ def tip_excess(tip, dx, dy, drop):
 
 @kernel
 def sees(solid, column, row, c, r):
-    """Whether the straight line from the source (column, row) [cells] to cell (r, c) is free; a look every half cell."""
+    """Whether the straight line from the source (column, row) [cells] to cell (r, c) is free; looks every half cell."""
     x, y = c + 0.5, r + 0.5
     steps = int(2 * max(abs(x - column), abs(y - row))) + 1
     for i in range(steps + 1):

@@ -1,8 +1,8 @@
 """Wide windows of the ground, laid out for fast sweeps, with a ring of one cell around them.
 
 A sheet is an array [9, size] of rows laid out end to end; cell (i, j) of the window lies at
-p = (i + 1) * stride + j + 1, its right link at p of the rows `_X`, to p + 1, its upper link at p of the rows `_Y`, to p + stride. The ring holds what
-lies around the window: the ground, or beyond a wall a mirror of it, over which there are no differences.
+p = (i + 1) * stride + j + 1, its right link at p of the rows `_X`, to p + 1, its upper link at p of the rows
+`_Y`, to p + stride. The ring holds what lies around the window: the ground, or beyond a wall a mirror of it, over which there are no differences.
 """
 
 import numpy as np
@@ -100,27 +100,22 @@ def unpack_ground(height, ground, stride, window):
 
 
 @kernel
-def hold_ring(ground, after, stride, window, rows, cols):
-    """Put the ring where it was before the sweep; beyond the map's edges at the level of the cells next to it."""
+def hold_ring(ground, after, stride, window, rows, cols, a, b):
+    """Put the ring beside the sheet's rows [a, b), counted with the ring, where it was before the sweep.
+
+    Beyond the map's edges it lies at the level of the cells next to it.
+    """
     r0, r1, c0, c1 = window
-    tall, wide = r1 - r0, c1 - c0
-    end = (tall + 1) * stride
-    if c0 == 0:
-        for p in range(stride, end, stride):
-            after[p] = after[p + 1]
-    else:
-        for p in range(stride, end, stride):
-            after[p] = ground[p]
-    if c1 == cols:
-        for p in range(stride + wide, end, stride):
-            after[p + 1] = after[p]
-    else:
-        for p in range(stride + wide + 1, end, stride):
-            after[p] = ground[p]
-    if r0 == 0:
+    last = c1 - c0
+    left, right = 1 if c0 == 0 else 0, last if c1 == cols else last + 1
+    before_left, before_right = after if c0 == 0 else ground, after if c1 == cols else ground
+    for p in range(a * stride, b * stride, stride):
+        after[p] = before_left[p + left]
+        after[p + last + 1] = before_right[p + right]
+    if a == 1 and r0 == 0:
         after[:stride] = after[stride : 2 * stride]
-    if r1 == rows:
-        after[end : end + stride] = after[end - stride : end]
+    if b == r1 - r0 + 1 and r1 == rows:
+        after[b * stride : (b + 1) * stride] = after[(b - 1) * stride : b * stride]
 
 
 @kernel

@@ -36,13 +36,14 @@ from dirt_env.sim.sheet import (
     reached,
     unpack_ground,
 )
-from dirt_env.sim.slump import limits
+from dirt_env.sim.slump import limits, relax
 from dirt_env.sim.state import World
 from dirt_env.sim.window import clear, widen, window_around
 
-BLOCK = 2048  # cells that are swept at a time: what they need stays in the nearest cache
+BLOCK = 4096  # cells that are swept at a time: what they need stays in the nearest cache
 LOOK = 4  # stages between two looks whether all is settled and whether the window is wide enough
 BAND = LOOK + 2  # cells along the window's sides that soil may not have reached at a look
+LONG = 96  # sweeps after which an avalanche in a control step counts as long
 SHARE = 0.5  # length of a super-step, as a share of the pseudo-time before it
 
 
@@ -137,21 +138,45 @@ def update(ground, out_x, in_x, out_y, in_y, after, n, lock):
 
 
 @kernel
-def lean_stage(ground, after, flow_x, flow_y, stride, tall, wide, momentum, gain, threshold2, lock):
-    """One stage of a window around which all links are open, a few rows at a time."""
-    rows = max(1, BLOCK // stride)
-    for r in range(1, tall + 1, rows):
-        count = min(rows, tall + 1 - r)
-        p, n = r * stride + 1, count * stride
-        lean_flows(
-            ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :], flow_x[p:], flow_y[p:], n,
-            momentum, gain, threshold2,
-        )  # fmt: skip
-        for q in range(p - 1, p - 1 + n, stride):
-            flow_x[q] = flow_x[q + wide] = 0
-        if r + count == tall + 1:
-            flow_y[p + n - stride : p + n] = 0
-        update(ground[p:], flow_x[p:], flow_x[p - 1 :], flow_y[p:], flow_y[p - stride :], after[p:], n, lock)
+def lean_rows(ground, after, flow_x, flow_y, stride, window, rows, cols, a, b, momentum, gain, threshold2, lock):
+    """One stage of the sheet's rows [a, b), counted with the ring, of a window in which all links are open."""
+    tall, wide = window[1] - window[0], window[3] - window[2]
+    p, n = a * stride + 1, (b - a) * stride
+    lean_flows(
+        ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :], flow_x[p:], flow_y[p:], n,
+        momentum, gain, threshold2,
+    )  # fmt: skip
+    for q in range(p - 1, p - 1 + n, stride):  # nothing crosses the window's sides
+        flow_x[q] = flow_x[q + wide] = 0
+    if b == tall + 1:
+        flow_y[p + n - stride : p + n] = 0
+    update(ground[p:], flow_x[p:], flow_x[p - 1 :], flow_y[p:], flow_y[p - stride :], after[p:], n, lock)
+    hold_ring(ground, after, stride, window, rows, cols, a, b)
+
+
+@kernel
+def weights(stage, real):
+    """(momentum, gain) of a stage of a super-step, counted from 1."""
+    return real((stage - 1) / stage), real(RATE * (2 * stage - 1) / stage)
+
+
+@kernel
+def lean_stages(ground, after, flow_x, flow_y, stride, window, rows, cols, stage, count, threshold2, lock):
+    """`count` stages after number `stage` of a super-step.
+
+    Each follows the one before it one row behind, a few rows at a time, while these are still in the cache; the last
+    leaves the ground in `ground` if `count` is even, else in `after`.
+    """
+    real = ground.dtype.type
+    tall = window[1] - window[0]
+    block = max(1, BLOCK // stride)
+    for first in range(1, tall + count, block):
+        for i in range(count):
+            a, b = max(first - i, 1), min(first + block - i, tall + 1)
+            if a < b:
+                momentum, gain = weights(stage + i + 1, real)
+                old, new = (ground, after) if i % 2 == 0 else (after, ground)
+                lean_rows(old, new, flow_x, flow_y, stride, window, rows, cols, a, b, momentum, gain, threshold2, lock)
 
 
 @kernel
@@ -303,13 +328,13 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
     sheet, stride = new_sheet(height, (0, 0, 0, 0))
     ground, after = sheet[GROUND], sheet[NEXT]
     before = (0, 0, 0, 0)
-    tall = wide = 0
+    tall = 0
     while True:
         if window != before:
             old, old_stride = sheet, stride
             sheet, stride = new_sheet(height, window)
             ground, after = sheet[GROUND], sheet[NEXT]
-            tall, wide = window[1] - window[0], window[3] - window[2]
+            tall = window[1] - window[0]
             pack_ground(height, sheet, stride, window)
             pack_links(solid, outside, sheet, stride, window, rows, cols, masked)
             if blade_low:
@@ -339,21 +364,41 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
             elapsed += RATE * stage * (stage + 1) / 2
             length = stages_allowed(elapsed, largest_drop(sheet, ground, stride, tall), quantum, height.itemsize == 4)
             stage = 0
-        stage += 1
-        stages += 1
-        momentum, gain = real((stage - 1) / stage), real(RATE * (2 * stage - 1) / stage)
+        run = min(length - stage, most - stages, LOOK - stages % LOOK, 1 if masked else LOOK)
         if masked:
+            momentum, gain = weights(stage + 1, real)
             masked_stage(sheet, ground, after, stride, tall, links, levels, count, momentum, gain, threshold, lock)
             if outside is not None:
                 lost += drain_rim(outside, ground, after, stride, window, rows, cols)
         else:
             flow_x, flow_y = sheet[FLOW_X], sheet[FLOW_Y]
-            lean_stage(ground, after, flow_x, flow_y, stride, tall, wide, momentum, gain, threshold * threshold, lock)
-            hold_ring(ground, after, stride, window, rows, cols)
-        ground, after = after, ground
+            lean_stages(
+                ground, after, flow_x, flow_y, stride, window, rows, cols, stage, run, threshold * threshold, lock
+            )
+        stage += run
+        stages += run
+        if run % 2 == 1:
+            ground, after = after, ground
     unpack_ground(height, ground, stride, window)
     widen(changed, max(window[0], 0), min(window[1], rows), max(window[2], 0), min(window[3], cols))
     return stages, lost
+
+
+@kernel
+def subside(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low):
+    """`slump.relax`, and by super-steps what has not settled after LONG sweeps. Returns (sweeps and stages, lost)."""
+    short = Soil(soil.slope, soil.density, soil.friction, soil.tolerance, min(soil.max_sweeps, LONG))
+    sweeps, lost = relax(
+        height, solid, outside, buffers, links, levels, changed, pending, cell, short, quantum, line, blade_low
+    )
+    if pending[1] > pending[0] and sweeps < soil.max_sweeps:
+        stages, more = avalanche(
+            height, solid, outside, changed, pending, cell, soil, quantum, line, blade_low, sweeps * RATE,
+            soil.max_sweeps - sweeps,
+        )  # fmt: skip
+        sweeps += stages
+        lost += more
+    return sweeps, lost
 
 
 @entry
@@ -365,3 +410,16 @@ def settle_long(world: World, grid: Grid, soil: Soil, line: Line, elapsed: float
     )  # fmt: skip
     world.tally[0].lost += lost * grid.cell**2
     return stages
+
+
+@entry
+def is_settled(world: World, grid: Grid, soil: Soil) -> bool:
+    """Whether no open link of a world with walls and nothing solid is steeper than what counts as settled."""
+    height = world.height
+    threshold, settled, _ = limits(height, world.quantum, grid.cell, soil.slope, soil.tolerance)
+    window = (0, grid.rows, 0, grid.cols)
+    sheet, stride = new_sheet(height, window)
+    pack_ground(height, sheet, stride, window)
+    pack_links(None, None, sheet, stride, window, grid.rows, grid.cols, False)
+    none, no_levels = np.zeros((1, 3), np.int64), np.zeros((1, 2), height.dtype)
+    return count_unsettled(sheet, sheet[GROUND], stride, grid.rows, False, none, no_levels, 0, settled, threshold) == 0

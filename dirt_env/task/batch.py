@@ -56,8 +56,8 @@ EPISODE = np.dtype((np.record, [*_PARTS, ("quantum", "f8"), ("centers", "i8"), (
 class Batch(NamedTuple):
     """Worlds [n], jobs and scenes; see `sim.state.World` and `Job` for the arrays, which have one index more here.
 
-    The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use. `sums`
-    f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
+    The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use.
+    `sums` f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
     """
 
     height: np.ndarray

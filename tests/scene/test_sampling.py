@@ -8,9 +8,11 @@ import pytest
 from dirt_env.scene.ground import Flat
 from dirt_env.scene.heaps import capacity
 from dirt_env.scene.layout import Setting, centres
-from dirt_env.scene.pose import under
+from dirt_env.scene.pose import touches, under
 from dirt_env.scene.sampling import LEVELS, sample
+from dirt_env.sim.advance import fits
 from dirt_env.sim.params import Blade, Grid, Machine, Soil
+from dirt_env.sim.state import make_world
 
 GRID = Grid()
 SETTING = Setting(GRID, Soil().slope, Blade(), Machine())
@@ -82,3 +84,12 @@ def test_oblong_sites_are_filled_along_their_length():
     columns = [np.nonzero(goal)[1].mean() for goal in goals]
     assert min(columns) < 50
     assert max(columns) > 110
+
+
+def test_the_machine_never_begins_on_a_cell_of_a_post_however_coarse_the_cells_are():
+    coarse = SETTING._replace(grid=Grid(32, 32, 1.0))
+    for seed in (143, 281, 318, 790, *range(30)):
+        layout = sample(LEVELS[5], coarse, Flat(), np.random.default_rng(seed))
+        assert not touches(coarse, layout.pose, layout.solid)
+        world = make_world(layout.height, coarse.grid, layout.solid)
+        assert fits(world, coarse.grid, coarse.blade, coarse.machine, *layout.pose)

@@ -5,7 +5,9 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
+from dirt_env.sim.advance import advance, place
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
+from dirt_env.sim.state import make_world
 from dirt_env.sim.voxel_advance import (
     advance_voxels,
     lay_down,
@@ -194,6 +196,28 @@ def test_soil_over_an_open_border_is_booked_as_lost():
         lost += world.tally[0].lost
     assert lost > 0.5
     assert volume(world.voxels, 0.5) == pytest.approx(before - lost, abs=1e-9)
+
+
+def test_soil_pushed_over_an_open_border_is_gone_as_on_the_height_field_and_dams_nothing():
+    ground = np.zeros((40, 40))
+    ground[17:23, 36:39] = 0.9
+    world = world_with(ground, (14.0, 10.0, 0.0), open_border=True)
+    floor = 20.0 * 20.0 * 1.0
+    before = volume(world.voxels, 0.5) - floor
+    field = make_world(ground, GRID, None, open_border=True)
+    place(field, GRID, SOIL, BLADE, MACHINE, 14.0, 10.0, 0.0)
+    lost = dict.fromkeys(("cells", "field"), 0.0)
+    for speed in (*[0.0] * 3, *[1.0] * 14):
+        drive(world, PUSH, speed=speed, steps=1)
+        advance(field, GRID, SOIL, BLADE, MACHINE, Command(speed, 0.0, PUSH), 0.5)
+        lost["cells"] += world.tally[0].lost
+        lost["field"] += field.tally[0].lost
+        assert world.tally[0].stuck == 0.0
+    assert world.machine[0].x + BLADE.reach > 20.0, "the blade is beyond the border"
+    assert not world.incoming[:, -1].any()
+    assert lost["cells"] > 0.75 * before
+    assert lost["cells"] > lost["field"], "where it piled up beyond the border, less was lost"
+    assert volume(world.voxels, 0.5) - floor == pytest.approx(before - lost["cells"], abs=1e-9)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.4, pi / 4, 2.0])

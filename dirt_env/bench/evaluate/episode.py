@@ -48,6 +48,13 @@ class Trial(NamedTuple):
         return self.policy, self.task.job, self.task.level, self.layout
 
 
+Answer = tuple[dict[str, Any] | None, tuple[str, str] | None]
+
+
+class LostWorkerError(RuntimeError):
+    """A worker ended in the middle of an episode."""
+
+
 class PolicyFailureError(RuntimeError):
     """A policy raised an error in an episode; the message says where."""
 
@@ -91,6 +98,23 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         "metrics": {name: metrics[name] for name in METRICS},
         "curve": share[moments].tolist(),
     }
+
+
+def answer(trial: Trial) -> Answer:
+    """What `run_trial` returns or raises, in a form that survives the way to another process."""
+    try:
+        return run_trial(trial), None
+    except (PolicyFailureError, ValueError, ImportError) as error:
+        return None, (type(error).__name__, str(error))
+
+
+def record_of(found: Answer) -> dict[str, Any]:
+    """The record of an answer; raises what `run_trial` raised."""
+    record, error = found
+    if error is not None:
+        kind, words = error
+        raise {"ValueError": ValueError, "ImportError": ImportError}.get(kind, PolicyFailureError)(words)
+    return record
 
 
 @lru_cache(maxsize=_KEPT)

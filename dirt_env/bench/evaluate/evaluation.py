@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env.bench.evaluate import aggregate, pool
-from dirt_env.bench.evaluate.episode import PolicyFailureError, Trial
+from dirt_env.bench.evaluate.episode import LostWorkerError, PolicyFailureError, Trial
 from dirt_env.bench.evaluate.journal import RESULT, Journal
 from dirt_env.bench.evaluate.origin import code_digest, origin
 from dirt_env.bench.evaluate.plots import can_plot, write_plots
@@ -126,4 +126,4 @@ def _closable(records: pool.Records) -> Any:
     yield from records
 
 
-FAILURES = (PolicyFailureError, pool.LostWorkerError)
+FAILURES = (PolicyFailureError, LostWorkerError)

@@ -8,14 +8,9 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from dirt_env.bench.evaluate.episode import PolicyFailureError, Trial, run_trial
-from dirt_env.policy import complaint
+from dirt_env.bench.evaluate.episode import LostWorkerError, Trial, answer, record_of, run_trial
 
 Records = Iterator[dict[str, Any]]
-
-
-class LostWorkerError(RuntimeError):
-    """A worker ended in the middle of an episode."""
 
 
 def run_here(trials: Sequence[Trial]) -> Records:
@@ -52,17 +47,14 @@ def _give(pipe: Connection, todo: list[Trial], at_work: dict[Connection, Trial])
 def _record(pipe: Connection, worker: BaseProcess, trial: Trial) -> dict[str, Any]:
     """What a worker answers."""
     try:
-        record, error = pipe.recv()
+        found = pipe.recv()
     except (EOFError, OSError):
         worker.join(5.0)
         where = f"{trial.policy} in {trial.task.name}, layout {trial.layout}"
         raise LostWorkerError(
             f"a worker ended (status {worker.exitcode}) in the episode of {where}; out of memory?"
         ) from None
-    if error is not None:
-        kind, words = error
-        raise {"ValueError": ValueError, "ImportError": ImportError}.get(kind, PolicyFailureError)(words)
-    return record
+    return record_of(found)
 
 
 @contextmanager
@@ -94,12 +86,6 @@ def _serve(pipe: Connection) -> None:
         except (EOFError, OSError):
             return
         try:
-            answer = run_trial(trial), None
-        except (PolicyFailureError, ValueError, ImportError) as error:
-            answer = None, (type(error).__name__, str(error))
-        except Exception as error:
-            answer = None, ("PolicyFailureError", f"{trial.policy} in {trial.task.name}: {complaint(error)}")
-        try:
-            pipe.send(answer)
+            pipe.send(answer(trial))
         except OSError:
             return

@@ -82,7 +82,7 @@ def any_heading_keeps_the_volume():
 
 
 def _heap_driven(cells_a_step, cells=48, high=0.3):
-    """Ground and load after a heap, less than the blade holds, was pushed so many cells, that many in a control step."""
+    """Ground and load after a heap, less than the blade holds, was pushed so many cells, `cells_a_step` a step."""
     ground = np.zeros((40, 90))
     ground[17:23, 18:22] = high
     drive = Driven(ground, 4.0, 10.0, machine=RAPID).go(edge=0.0, dt=4.0)
@@ -172,9 +172,7 @@ def back_blading():
     return f"{pull:.3f} m3 for {push:.3f}", abs(pull / push - 1) < 0.02 and equal
 
 
-@case(
-    "an edge 50 cells under ground, 10 m: volume equal, no spike: nothing higher than a blade's height a cell it crossed"
-)
+@case("an edge 50 cells under ground, 10 m: volume equal, no spike: nothing over 5 m, nothing as deep as the edge")
 def an_edge_50_cells_under_ground():
     found = []
     for height in (1.0, 30.0):

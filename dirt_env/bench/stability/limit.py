@@ -1,4 +1,4 @@
-"""The stability limit from both sides: a <= 1/4, a_x + a_y <= 1/2, RKL1 up to (s^2 + s) / 8. Derived in docs/stability.md."""
+"""The stability limit from both sides: a <= 1/4, a_x + a_y <= 1/2, RKL1 up to (s^2 + s) / 8. See docs/stability.md."""
 
 import numpy as np
 

@@ -25,9 +25,7 @@ from dirt_env.sim.voxel_state import GRAIN, Rules, volume
 T = SLOPE * CELL
 
 
-@case(
-    "naive, 4 neighbours with wrap-around (np.roll): soil heaped at one edge appears at the opposite one; here none does"
-)
+@case("naive, 4 neighbours with wrap-around (np.roll): soil from one edge appears at the other; here none does")
 def naive_wrap_around():
     ground = np.zeros((32, 32))
     ground[:, 0] = 6.0
@@ -70,7 +68,7 @@ def naive_pyramid():
 
 
 @case(
-    "naive, a blade rounded to cells at 40 degrees, one cell a step: over 10 % of the soil stays in its track; here under 2 %"
+    "naive, a blade rounded to cells at 40 degrees, one cell a step: over 10 % of the soil stays behind; here under 2 %"
 )
 def naive_rounded_blade():
     layer = np.full((60, 60), 0.1)
@@ -106,7 +104,7 @@ def naive_float32():
     for _ in range(2000):
         plain = twin.slump(plain, np.float32(0.24), np.float32(0.24), np.float32(0.0)).astype(np.float32)
     drift = abs(float(plain.sum(dtype=np.float64)) - before) / np.abs(ground).sum()
-    world, grid, _ = settled(rough(48, 48, 2.0))
+    world, *_ = settled(rough(48, 48, 2.0))
     ours = total(world) - float((np.round(rough(48, 48, 2.0) / world.quantum) * world.quantum).sum())
     return f"off by {drift:.0e} of all soil; here {ours:g} m", drift > 1e-10 and ours == 0.0
 

@@ -20,14 +20,14 @@ THEMES = (
     "long_runs",
     "naive_ways",
 )
-LIMIT = 120.0  # s of wall-clock time; a case that compiles kernels first takes half a minute of it
+LIMIT = 300.0  # s of wall-clock time; most take well under one, but the first to need a kernel may have to compile it
 
 CASES: dict[str, "Case"] = {}
 
 
 @dataclass(frozen=True)
 class Case:
-    """One case. `measure()`, or `measure(count)` where `counts` are given, returns (what was measured, whether it is right).
+    """One case. `measure()`, or `measure(count)` with `counts`, returns (what was measured, whether it is right).
 
     `counts` are the full and the quick number of steps; `limit` s is the wall-clock time after which it counts as hung.
     """

@@ -9,7 +9,7 @@ import numpy as np
 
 
 def slump(height: np.ndarray, rate_x: float, rate_y: float, slope: float, dx: float = 1.0, dy: float = 1.0):
-    """One explicit sweep of `sim.slump`'s scheme, F = a dn max(0, 1 - k / |grad h|), on cells of dx x dy; a new array."""
+    """One explicit sweep of `sim.slump`'s scheme, F = a dn max(0, 1 - k / |grad h|), on dx x dy cells; a new array."""
     x, y = np.pad(np.diff(height, axis=1), 1), np.pad(np.diff(height, axis=0), 1)
     over_x, over_y = x[1:-1, 1:-1], y[1:-1, 1:-1]
     across_x = (y[1:, 1:-2] + y[1:, 2:-1] + y[:-1, 1:-2] + y[:-1, 2:-1]) / 4
@@ -72,7 +72,7 @@ def four_neighbours(height: np.ndarray, threshold: float, rate: float, wrap: boo
 def rounded_blade(
     height: np.ndarray, x0: float, y0: float, heading: float, half: float, distance: float, stride: float
 ):
-    """A blade that is rounded to cells: at every stride the cells under it give all to the cells ahead. Lengths in cells."""
+    """A blade that is rounded to cells: at each stride the cells under it give all to those ahead. Lengths in cells."""
     height = height.copy()
     ahead = np.array([np.sin(heading), np.cos(heading)])
     left = np.array([np.cos(heading), -np.sin(heading)])
