@@ -49,13 +49,8 @@ SCENE = np.dtype(
 
 # An episode: the world's quantum [m], number of goal centres, scale of the reward, the job at its start, what has been
 # done since, and whether it is finished.
-EPISODE = np.dtype(
-    (
-        np.record,
-        [("scale", record_of(Scale)), ("start", record_of(Remaining)), ("totals", record_of(Totals))]
-        + [(name, kind) for name, kind in (("quantum", "f8"), ("centers", "i8"), ("finished", "i8"))],
-    )
-)
+_PARTS = [("scale", record_of(Scale)), ("start", record_of(Remaining)), ("totals", record_of(Totals))]
+EPISODE = np.dtype((np.record, [*_PARTS, ("quantum", "f8"), ("centers", "i8"), ("finished", "i8")]))
 
 
 class Batch(NamedTuple):
