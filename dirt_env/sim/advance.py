@@ -8,11 +8,11 @@ from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
-from dirt_env.sim.slump import limits, settle_window
+from dirt_env.sim.slump import at_rest, limits, settle_window
 from dirt_env.sim.state import TALLY, World
 from dirt_env.sim.super_steps import is_settled, settle_long, subside
 from dirt_env.sim.timestep import substeps
-from dirt_env.sim.window import on_map, widen
+from dirt_env.sim.window import on_map, widen, within
 
 METHODS = ("auto", "explicit", "super", "projection")
 FEW = 24  # sweeps after which `auto` goes on by super-steps
@@ -41,10 +41,15 @@ def measure_load(height, solid, pose, cell, soil, blade):
 
 @kernel
 def work_of_way(height, solid, pose, cell, soil, blade, way):
-    """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J]."""
+    """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J].
+
+    Going forward, that soil is the load, and goes into the machine's record.
+    """
     plane = pose.z + pose.pitch * blade.reach
     side = 1 if way > 0 else -1
     load, pushed = load_ahead(height, solid, blade_line(pose, blade), cell, soil.slope, plane, side)
+    if side > 0:
+        pose.load = load
     return push_work(load, soil.density, soil.friction, way) if pushed else 0.0
 
 
@@ -59,12 +64,18 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = highest(height, box) > lowest
     if touches:
-        _, _, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
-        scrape(height, solid, outside, old, new, cell, lock, totals)
-        # Soil is put down in cells next to those that gave it.
-        r0, r1, c0, c1 = on_map((box[0] - 1, box[1] + 1, box[2] - 1, box[3] + 1), *height.shape)
-        widen(pending, r0, r1, c0, c1)
-        widen(changed, r0, r1, c0, c1)
+        _, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
+        moved = scrape(height, solid, outside, old, new, cell, lock, totals)
+        grown = 1 if moved else 0  # soil is put down in cells next to those that gave it
+        box = (box[0] - grown, box[1] + grown, box[2] - grown, box[3] + grown)
+        r0, r1, c0, c1 = on_map(box, *height.shape)
+        if moved:
+            widen(changed, r0, r1, c0, c1)
+        known = outside is None or within(box, 1, *height.shape)  # a border at rest is not looked into
+        if pending[1] > pending[0] or not known or not at_rest(height, box, settled):
+            widen(pending, r0, r1, c0, c1)
+    if pending[1] <= pending[0]:
+        return touches
     sweeps, lost = subside(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
     )
@@ -85,8 +96,9 @@ def step(
     period = dt / pieces
     totals = np.zeros(4)
     distance = turned = held = work = 0.0
+    measured = False
+    old = blade_line(pose, blade)
     for _ in range(pieces):
-        old = blade_line(pose, blade)
         forward, turn = command.speed * period, command.yaw_rate * period
         went, swung = drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn)
         held += 0.0 if went == forward and swung == turn else 1.0 / pieces
@@ -99,9 +111,13 @@ def step(
         touches = move_soil(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
         )
-        if touches and went != 0.0:
+        weigh = touches and went != 0.0
+        if weigh:
             work += work_of_way(height, solid, pose, cell, soil, blade, went)
-    measure_load(height, solid, pose, cell, soil, blade)
+        measured = weigh and went > 0.0
+        old = new
+    if not measured:
+        measure_load(height, solid, pose, cell, soil, blade)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
     tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2

@@ -194,9 +194,11 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
     """Cut and carry: every cell whose centre the blade crosses on its way from `old` to `new` gives min(h, top) - edge.
 
     The soil goes to the side the blade moves to, so that back-blading works. Adds to `totals` the heights [m of one
-    cell] moved, lost over an open border, and left where they were because nothing there could take them.
+    cell] moved, lost over an open border, and left where they were because nothing there could take them. Returns
+    whether any moved.
     """
     rows, cols = height.shape
+    moved = False
     real = height.dtype.type
     r0, r1, c0, c1 = cells_between(old, new, cell)
     for r in range(max(r0, 0), min(r1, rows)):
@@ -221,6 +223,8 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
             height[r, c] -= amount
             totals[0] += amount
             totals[1] += gone
+            moved = True
+    return moved
 
 
 @kernel

@@ -27,7 +27,7 @@ from dirt_env.sim.window import (
     window_around,
 )
 
-MARGIN = 4  # cells around the active ones that are packed with them; at least 2, so that the outer two stand still
+MARGIN = 2  # cells around the active ones that are packed with them; no fewer, so that the outer two stand still
 PATIENCE = 24  # sweeps between two looks whether a smaller window would do
 FLOOR = 0.01  # slope below which the tolerance does not shrink any further with the slope of repose [-]
 
@@ -39,6 +39,27 @@ def limits(height, quantum, cell, slope, tolerance):
     slack = max(tolerance * max(slope, FLOOR) * cell, 4 * quantum)
     lock = 1.5 * 2.0 ** (23 if height.itemsize == 4 else 52) * quantum
     return real(slope * cell), real(slope * cell + slack), real(lock)
+
+
+@kernel
+def at_rest(height, box, settled):
+    """Whether no link near the changed cells of `box` can be steeper than `settled`, if all others are at rest.
+
+    A link next to the changed ones has at most two differences across it that are not looked at here, each at most
+    `settled`, and two of at most 0.6 of it: so |grad|**2 <= (0.6**2 + (0.3 + 0.5)**2) settled**2.
+    """
+    rows, cols = height.shape
+    r0, r1, c0, c1 = max(box[0] - 1, 0), min(box[1] + 1, rows), max(box[2] - 1, 0), min(box[3] + 1, cols)
+    calm = height.dtype.type(0.5999) * settled
+    steep = 0
+    for r in range(r0, r1):
+        above = min(r + 1, r1 - 1)
+        for c in range(c0, c1):
+            h = height[r, c]
+            steep += (abs(height[r, min(c + 1, c1 - 1)] - h) > calm) | (abs(height[above, c] - h) > calm)
+        if steep > 0:
+            return False
+    return True
 
 
 @kernel
@@ -128,7 +149,7 @@ def relax(height, solid, outside, buffers, links, levels, changed, pending, cell
     sweeps = 0
     lost = 0.0
     while pending[1] > pending[0] and sweeps < soil.max_sweeps:
-        margin = MARGIN + max(pending[1] - pending[0], pending[3] - pending[2]) // 8
+        margin = MARGIN + max(pending[1] - pending[0], pending[3] - pending[2]) // 16
         window = window_around(pending, margin, rows, cols, border)
         stride = pack(height, solid, outside, buffers, window, border)
         first, last = swept_rows(window, rows, border)

@@ -38,6 +38,12 @@ def on_map(box, rows, cols):
 
 
 @kernel
+def within(box, margin, rows, cols):
+    """Whether a box grown by `margin` lies on the map."""
+    return box[0] >= margin and box[1] + margin <= rows and box[2] >= margin and box[3] + margin <= cols
+
+
+@kernel
 def window_around(active, margin, rows, cols, border):
     """(r0, r1, c0, c1): `active` grown by `margin`, within the map and its `border` cells of ground outside."""
     return (

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from dirt_env.sim.advance import settle
 from dirt_env.sim.blade import Line
 from dirt_env.sim.diagnostics import steepest, volume
-from dirt_env.sim.slump import relax, settle_window
+from dirt_env.sim.slump import at_rest, limits, relax, settle_window
 from dirt_env.sim.state import make_world
 from tests import naive
 from tests.sim.worlds import FINE, SOIL, line_at, settled, soil_of, world_of
@@ -207,6 +207,28 @@ def test_without_friction_the_ground_floods_level():
     world, _, _ = settled(ground, 0.5, soil_of(0.0))
     np.testing.assert_allclose(world.height, 12.0 / 144, atol=2e-3)
     assert world.height.sum(dtype=np.float64) == 12.0
+
+
+def test_where_the_ground_is_taken_to_be_at_rest_a_blade_changes_nothing():
+    rng = np.random.default_rng(5)
+    answers = []
+    for size in (0.05, 0.1, 0.15, 0.2) * 10:
+        world, grid, _ = settled(rng.normal(0.0, size, (24, 24)))
+        _, limit, _ = limits(world.height, world.quantum, grid.cell, K, SOIL.tolerance)
+        box = (9, 15, 10, 13)
+        calm = at_rest(world.height, box, limit)
+        before = world.height.copy()
+        blade = line_at(5.9, 5.9, rng.uniform(-0.2, 0.2), width=2.0, edge=-1.0, height=3.0)
+        world.pending[:] = box
+        relax(
+            world.height, None, None, world.buffers, world.links, world.link_levels, world.changed, world.pending,
+            grid.cell, SOIL, world.quantum, blade, True,
+        )  # fmt: skip
+        answers.append((calm, bool((world.height == before).all())))
+    assert (True, False) not in answers
+    assert (True, True) in answers
+    world.height[9, 13] += 0.5  # steep, and inside the rim of one cell that is looked at
+    assert not at_rest(world.height, box, limit)
 
 
 def test_a_critical_slope_gives_no_false_avalanche():
