@@ -80,7 +80,7 @@ def touches(setting: Setting, pose: tuple[float, float, float], solid: np.ndarra
 
 
 def _overlapped(grid: Grid, x: float, y: float, heading: float, long: float, wide: float) -> np.ndarray:
-    """Cells that a rectangle of half sides `long` and `wide` [m] overlaps, bool [rows, cols]: no axis separates them."""
+    """Cells that a rectangle of half sides `long`, `wide` [m] overlaps, bool [rows, cols]: no axis separates them."""
     dx = (np.arange(grid.cols)[None, :] + 0.5) * grid.cell - x
     dy = (np.arange(grid.rows)[:, None] + 0.5) * grid.cell - y
     c, s, half = abs(cos(heading)), abs(sin(heading)), 0.5 * grid.cell
