@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import quantise
-from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_X, RATE_Y, is_open
+from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_X, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
@@ -105,6 +105,12 @@ def blocked_links(line, cell, window, stride, buffers, links, levels):
 
 
 @kernel
+def is_shut(solid, r, c):
+    """Whether cell (r, c) is solid; ground beyond the map is not."""
+    return r >= 0 and c >= 0 and r < solid.shape[0] and c < solid.shape[1] and solid[r, c]
+
+
+@kernel
 def front_share(height, solid, outside, line, cell, side, from_r, from_c, r, c, highest_allowed):
     """1 if cell (r, c) can take soil of cell (from_r, from_c) on that `side` of the blade (1 ahead, -1 behind), else 0.
 
@@ -119,7 +125,7 @@ def front_share(height, solid, outside, line, cell, side, from_r, from_c, r, c, 
     elif height[r, c] > highest_allowed or (solid is not None and solid[r, c]):
         return 0.0
     if solid is not None and r != from_r and c != from_c:
-        if not is_open(solid, outside, from_r, c, rows, cols) and not is_open(solid, outside, r, from_c, rows, cols):
+        if is_shut(solid, from_r, c) and is_shut(solid, r, from_c):
             return 0.0
     ahead, _ = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
     return 1.0 if (ahead > 0) == (side > 0) else 0.0
