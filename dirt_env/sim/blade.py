@@ -122,11 +122,9 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
 
 
 @kernel
-def is_shut(solid, outside, r, c, rows, cols):
-    """Whether no soil can lie in cell (r, c): solid, or off the map behind a wall."""
-    if r < 0 or c < 0 or r >= rows or c >= cols:
-        return outside is None
-    return solid[r, c]
+def is_shut(solid, r, c):
+    """Whether cell (r, c) is solid; ground beyond the map is not."""
+    return r >= 0 and c >= 0 and r < solid.shape[0] and c < solid.shape[1] and solid[r, c]
 
 
 @kernel
@@ -144,7 +142,7 @@ def front_share(height, solid, outside, line, cell, side, from_r, from_c, r, c, 
     elif height[r, c] > highest_allowed or (solid is not None and solid[r, c]):
         return 0.0
     if solid is not None and r != from_r and c != from_c:
-        if is_shut(solid, outside, from_r, c, rows, cols) and is_shut(solid, outside, r, from_c, rows, cols):
+        if is_shut(solid, from_r, c) and is_shut(solid, r, from_c):
             return 0.0
     ahead, _ = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
     return 1.0 if (ahead > 0) == (side > 0) else 0.0

@@ -65,14 +65,18 @@ def rate_026_diverges_from_noise():
     return f"times {stable:.2f} and {unstable:.1e} in 200 sweeps", stable <= 1 and unstable > 1e3
 
 
-@case("a = 0.26 with friction: differences d follow |d| -> 1.08 |d| - 2.08 T, so they grow from 26 T on; 1e-9")
+@case("a = 0.26 with friction: a difference d becomes |1 - 8 a share(d)| d: 3 T dies away, 30 T grows; equal to 1e-9")
 def friction_moves_the_limit_to_an_amplitude():
     sweeps, found, off = 20, [], 0.0
-    for steps in (25.0, 27.0):
-        board = twin.after(twin.checkerboard(SIZE, 0.5 * steps), sweeps, 0.26, 0.26, slope=1.0)
+    for start in (3.0, 30.0):
+        board = twin.after(twin.checkerboard(SIZE, 0.5 * start), sweeps, 0.26, 0.26, slope=1.0)
         found.append(2 * abs(float(board[SIZE // 2, SIZE // 2])))
-        off = max(off, abs(found[-1] - ((steps - 26) * 1.08**sweeps + 26)))
-    return f"25 T becomes {found[0]:.2f} T, 27 T becomes {found[1]:.2f} T; {off:.0e} off", off < 1e-9
+        difference = start
+        for _ in range(sweeps):
+            difference *= abs(1 - 8 * 0.26 * float(twin.excess(np.float64(difference), 1.0)))
+        off = max(off, abs(found[-1] - difference))
+    text = f"3 T becomes {found[0]:.2f} T, 30 T becomes {found[1]:.2f} T; {off:.0e} off"
+    return text, off < 1e-9 and found[0] < 3.0 and found[1] > 30.0
 
 
 @case("cells of 1000 : 1 with a_x + a_y = 1/2: no growth")

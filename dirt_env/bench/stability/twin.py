@@ -3,13 +3,19 @@
 For showing where the stability limit lies and what goes wrong without care; nothing here is used by the simulator.
 """
 
-from math import ceil, sqrt
+from math import ceil, log2, sqrt
 
 import numpy as np
 
+from dirt_env.sim.laws import slump_share
+
+POWER = round(
+    -log2(1 - slump_share(2.0, 0.0, 1.0, 1.0))
+)  # of the library's own law; at twice repose 1 - share is 2^-POWER
+
 
 def slump(height: np.ndarray, rate_x: float, rate_y: float, slope: float, dx: float = 1.0, dy: float = 1.0):
-    """One explicit sweep of `sim.slump`'s scheme, F = a dn max(0, 1 - k / |grad h|), on dx x dy cells; a new array."""
+    """One explicit sweep of `sim.slump`'s scheme, F = a dn share(|grad h|), on cells of dx x dy; a new array."""
     x, y = np.pad(np.diff(height, axis=1), 1), np.pad(np.diff(height, axis=0), 1)
     over_x, over_y = x[1:-1, 1:-1], y[1:-1, 1:-1]
     across_x = (y[1:, 1:-2] + y[1:, 2:-1] + y[:-1, 1:-2] + y[:-1, 2:-1]) / 4
@@ -22,9 +28,9 @@ def slump(height: np.ndarray, rate_x: float, rate_y: float, slope: float, dx: fl
 
 
 def excess(steepness: np.ndarray, slope: float) -> np.ndarray:
-    """max(0, 1 - slope / steepness)."""
+    """Share of a difference that counts as above repose: 1 - (slope / steepness)^POWER, 0 up to repose."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(steepness > slope, 1 - slope / steepness, 0.0)
+        return np.where(steepness > slope, 1 - (slope / steepness) ** POWER, 0.0)
 
 
 def after(height: np.ndarray, sweeps: int, rate_x: float, rate_y: float, slope: float = 0.0, **cells) -> np.ndarray:
