@@ -132,7 +132,7 @@ def tree_form(config: SceneConfig) -> dict[str, Any]:
     ground, mask, f4 = np.empty(shape), np.empty(shape, bool), np.empty(shape, np.float32)
     solid = mask if config.has_walls else None
     layout = Layout(ground, ground, mask, mask, (None, mask), solid, [float] * 3, float, float)
-    job = Job(f4, f4, f4, f4, f4, (None, f4), f4, f4, solid, np.empty((0, 2)), float, float, float, float)
+    job = Job(f4, f4, f4, mask.astype(np.uint8), np.empty((0, 2)), *[float] * 6)
     return {
         "layout": layout._asdict(),
         "world": world_form(config),

@@ -4,33 +4,51 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dirt_env.sim.jit import kernel
 from dirt_env.task.haul import haul_distance
+
+OUTSIDE, GOAL, STRAY, DESIGN, SOLID = 1, 2, 4, 8, 16
+"""Bits of `Job.kind`: outside the goal; in it; outside goal, start and design; in the design region; wall."""
+
+HUGE = float(np.float32(1e30))  # m; no ground is as high
 
 
 class Job(NamedTuple):
-    """Constants of one episode for the kernels; arrays are f4[rows, cols] unless a shape is given.
+    """Constants of one episode for the kernels.
 
-    `target` [m]: soil above it is misplaced outside the goal. `haul` [m]: way to the goal, 0 in it and in walls.
-    `outside`, `goal`, `stray`, `design`: 1 where a cell is outside the goal; in it; outside goal, start and design; in
-    the design region (None if there is none). `low`, `high` [m]: bounds of what is to do in a cell (see observation).
-    `solid`: bool, walls (None if there are none). `centers` f8[n, 2] x, y of the goals [m]. `mean_haul` [m]: way that
-    missing soil is taken to come. `missing` [m3]: what goal and design lack at the start. `soil` [m3]: soil to move.
+    `target` f4[rows, cols] m: soil above it is misplaced outside the goal. `aim` f4[rows, cols] m: the same for the
+    observation, but -HUGE in goals, where any soil is welcome, and HUGE in walls, where there is nothing to do. `haul`
+    f4[rows, cols] m: way to the goal, 0 in it and in walls. `kind` u1[rows, cols]: bits as above; no cell is solid and
+    anything else. `centers` f8[n, 2] m: x, y of the goals.
+
+    `mean_haul` m: way that missing soil is taken to come. `missing` m3: what goal and design lack at the start. `soil`
+    m3: soil to move. `design_cells`: their number, 0 if the job has no design. `goal_depth`, `limit` m: what the
+    observation says is missing in a goal, and its bound elsewhere.
     """
 
     target: np.ndarray
+    aim: np.ndarray
     haul: np.ndarray
-    outside: np.ndarray
-    goal: np.ndarray
-    stray: np.ndarray
-    design: np.ndarray | None
-    low: np.ndarray
-    high: np.ndarray
-    solid: np.ndarray | None
+    kind: np.ndarray
     centers: np.ndarray
     mean_haul: float
     missing: float
     soil: float
     design_cells: float
+    goal_depth: float
+    limit: float
+
+
+@kernel
+def least_todo(kind, limit):
+    """Lower bound of what is to do in a cell of that kind [m]: only a design asks for soil (a goal: see `todo`)."""
+    return np.float32(-limit) if kind & DESIGN else np.float32(0.0)
+
+
+@kernel
+def todo(over, limit, goal_depth):
+    """What is to do in a cell [m], from its height over the aim, cut off below by `least_todo`: soil to take away."""
+    return -goal_depth if over > 0.5 * HUGE else min(float(over), limit)
 
 
 def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: float) -> Job:
@@ -51,22 +69,20 @@ def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: 
     haul[design] = np.maximum(haul[design], cell)  # too much soil in a fill is not in place either
     haul *= outside
     excess = np.where(outside, np.maximum(off, 0.0), 0.0)
-    f4 = np.float32
+    kind = outside * OUTSIDE + goal * GOAL + solid * SOLID
+    kind += (outside & ~layout.start & ~design) * STRAY + (design & outside) * DESIGN
     return Job(
-        target=target.astype(f4),
-        haul=haul.astype(f4),
-        outside=outside.astype(f4),
-        goal=goal.astype(f4),
-        stray=(outside & ~layout.start & ~design).astype(f4),
-        design=None if layout.design is None else (design & outside).astype(f4),
-        low=np.where(goal, -goal_depth, np.where(design, -limit, 0.0)).astype(f4),
-        high=np.where(goal, -goal_depth, np.where(solid, 0.0, limit)).astype(f4),
-        solid=layout.solid,
+        target=target.astype(np.float32),
+        aim=np.where(goal, -HUGE, np.where(solid, HUGE, target)).astype(np.float32),
+        haul=haul.astype(np.float32),
+        kind=kind.astype(np.uint8),
         centers=_goal_centers(goal, lacking, design, cell),
         mean_haul=float((excess * haul).sum() / excess.sum()) if excess.any() else cell,
         missing=float(-off[goal | (lacking & outside)].sum() * cell * cell),
         soil=float(layout.soil),
-        design_cells=float(max((design & outside).sum(), 1)),
+        design_cells=0.0 if layout.design is None else float(max((design & outside).sum(), 1)),
+        goal_depth=float(goal_depth),
+        limit=float(limit),
     )
 
 
