@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.jit import entry, kernel
-from dirt_env.task.job import DESIGN, GOAL, OUTSIDE, STRAY, Job
+from dirt_env.task.job import Job
+from dirt_env.task.kinds import DESIGN, GOAL, OUTSIDE, STRAY
 
 SUMS = 6
 SIDE = 8  # rows and columns of cells that are added up together

@@ -10,7 +10,7 @@ from math import cos, sin
 import numpy as np
 
 from dirt_env.sim.jit import kernel
-from dirt_env.task.job import HUGE, SOLID, least_todo, todo
+from dirt_env.task.kinds import HUGE, SOLID, least_todo, todo
 
 HEIGHT, TODO, WALLS = range(3)
 CHANNELS = ("height", "todo", "walls")

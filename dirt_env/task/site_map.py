@@ -5,7 +5,7 @@ from math import cos, sin
 import numpy as np
 
 from dirt_env.sim.jit import kernel
-from dirt_env.task.job import GOAL, SOLID, least_todo, todo
+from dirt_env.task.kinds import GOAL, SOLID, least_todo, todo
 
 OVERVIEW = 12  # squares along one side
 MAP_LIMIT = 1000.0  # m

@@ -9,7 +9,7 @@ from dirt_env.baselines.pushing.parameters import Parameters
 
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
-from dirt_env.task.job import GOAL
+from dirt_env.task.kinds import GOAL
 
 TRAVEL = 0.4  # m; least height of the edge over the tracks on the way, once it is up
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from dirt_env.task.goal import Gauge
-from dirt_env.task.job import GOAL, make_job
+from dirt_env.task.job import make_job
+from dirt_env.task.kinds import GOAL
 from tests.task.sites import CELL, heaped, site
 
 
