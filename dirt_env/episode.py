@@ -59,9 +59,9 @@ def tree_form(config: SceneConfig) -> dict[str, Any]:
     shape = config.grid.rows, config.grid.cols
     ground, mask, f4 = np.empty(shape), np.empty(shape, bool), np.empty(shape, np.float32)
     solid = mask if config.has_walls else None
-    design, f4_design = (None, None) if config.design is None else (mask, f4)
+    design = None if config.design is None else mask
     layout = Layout(ground, ground, mask, mask, design, solid, [float] * 3, float, float)
-    job = Job(f4, f4, f4, f4, f4, f4_design, f4, f4, solid, np.empty((0, 2)), float, float, float, float)
+    job = Job(f4, f4, f4, mask.astype(np.uint8), np.empty((0, 2)), *[float] * 6)
     return {
         "layout": layout._asdict(),
         "world": world_form(config),

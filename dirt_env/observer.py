@@ -17,9 +17,10 @@ class Observer:
         wanted, grid = config.observation, config.grid
         limit, height = wanted.height_limit, config.blade.height
         self.table = pose_table(grid, config.blade, config.machine)
-        self.bounds = bounds(grid, self.table, wanted.size, limit, config.has_walls, wanted.overview, wanted.map)
+        walls, channels = config.has_walls, config.channels
+        self.bounds = bounds(grid, self.table, wanted.size, channels, limit, walls, wanted.overview, wanted.map)
         beyond = -height if config.site.border == "open" else height
-        self.view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond)
+        self.view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond, channels)
         self._shapes = {name: low.shape for name, (low, _) in self.bounds.items()}
 
     def blank(self) -> tuple[dict[str, np.ndarray], Sight]:

@@ -24,7 +24,7 @@ from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, t
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
-FIXED = ("job", "scenes")  # of a batch, during an episode
+APART = ("job", "scenes", "channels", "sums")  # what of a batch is no array, or not of an episode
 BUSY = np.zeros(1, bool)  # one world that is not idle
 
 
@@ -44,7 +44,7 @@ class Worlds:
             first.grid.cols,
             walls=first.has_walls,
             open_border=first.site.border == "open",
-            design=first.design is not None,
+            channels=self.observer.view.channels,
         )
         views = {config: Observer(config).view for config in dict.fromkeys(configs)}
         for i, config in enumerate(configs):
@@ -88,7 +88,7 @@ class Worlds:
         parts["centers"] = parts["centers"][: record["centers"]]
         job = Job(**{name: float(part) if isinstance(part, np.floating) else part for name, part in parts.items()})
         start, totals = Remaining(*record["start"].item()), Totals(*record["totals"].item())
-        remaining = Remaining(*batch.remaining[index].tolist())
+        remaining = Remaining(*batch.sums.result[index].tolist())
         return Episode(self.layouts[index], self._world(index), job, start, totals, remaining)
 
     def copy(self, sources: Sequence[int], targets: Sequence[int]) -> None:
@@ -99,7 +99,8 @@ class Worlds:
                 raise ValueError(f"worlds {source} and {target} have different scenes; allowed: copies of the same")
         layouts = [self.layouts[source] for source in sources]
         new = [k for k, target in enumerate(targets) if self.layouts[target] is not layouts[k]]
-        parts = [(array, sources, targets) for name, array in self.batch._asdict().items() if name not in FIXED]
+        parts = [(array, sources, targets) for name, array in self.batch._asdict().items() if name not in APART]
+        parts += [(array, sources, targets) for array in self.batch.sums]
         parts += [(array, [sources[k] for k in new], [targets[k] for k in new]) for array in self.batch.job]
         for array, wanted, there in parts:
             if array is not None:

@@ -4,6 +4,7 @@ Everything that differs from world to world is an array with the world as its fi
 one compiled step takes any of them, and few arguments.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.params import Blade, Grid, Machine, Soil
 from dirt_env.sim.state import POSE, TALLY
-from dirt_env.task.goal import SUMS, Remaining
+from dirt_env.task.goal import Remaining, Sums, make_sums
 from dirt_env.task.job import Job
 from dirt_env.task.observation import POSE_ENTRIES, Sight, View
 from dirt_env.task.reward import TERMS, Scale
@@ -33,6 +34,7 @@ def record_of(kind: type) -> np.dtype:
     return np.dtype((np.record, fields))
 
 
+JOB_NUMBERS = tuple(name for name, kind in Job.__annotations__.items() if kind is float)
 COLUMNS = ("offset", "scale", "low", "high")  # of the pose table, the arrays of a View
 
 # A scene: side of a cell [m], soil, blade, machine, what the observation is made of, control period and job time [s],
@@ -57,7 +59,7 @@ class Batch(NamedTuple):
     """Worlds [n], jobs and scenes; see `sim.state.World` and `Job` for the arrays, which have one index more here.
 
     The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use.
-    `sums` f8[n, rows, SUMS] and `remaining` f8[n, 5] belong to the gauge.
+    `sums` is that of the gauge; `channels` i8[c], the patch's, are those of all worlds.
     """
 
     height: np.ndarray
@@ -67,11 +69,11 @@ class Batch(NamedTuple):
     tally: np.ndarray
     changed: np.ndarray
     pending: np.ndarray
-    sums: np.ndarray
-    remaining: np.ndarray
+    sums: Sums
     episodes: np.ndarray
     job: Job
     scenes: np.ndarray
+    channels: np.ndarray
 
 
 class Scratch(NamedTuple):
@@ -82,39 +84,32 @@ class Scratch(NamedTuple):
     link_levels: np.ndarray
 
 
-def make_batch(count: int, rows: int, cols: int, walls: bool, open_border: bool, design: bool) -> Batch:
+def make_batch(count: int, rows: int, cols: int, walls: bool, open_border: bool, channels: Sequence[int]) -> Batch:
     """Arrays for `count` worlds, all zero; what such worlds do not have is None."""
     shape = count, rows, cols
-    ground = [np.zeros(shape, np.float32) for _ in range(9)]
+    grounds = [np.zeros(shape, np.float32) for _ in range(4)]
     job = Job(
-        target=ground[1],
-        haul=ground[2],
-        outside=ground[3],
-        goal=ground[4],
-        stray=ground[5],
-        design=ground[6] if design else None,
-        low=ground[7],
-        high=ground[8],
-        solid=np.zeros(shape, np.bool_) if walls else None,
+        target=grounds[1],
+        aim=grounds[2],
+        haul=grounds[3],
+        kind=np.zeros(shape, np.uint8),
         centers=np.zeros((count, 1, 2)),
-        mean_haul=np.zeros(count),
-        missing=np.zeros(count),
-        soil=np.zeros(count),
-        design_cells=np.zeros(count),
+        **{name: np.zeros(count) for name in JOB_NUMBERS},
     )
+    sums = make_sums(rows, cols)
     return Batch(
-        height=ground[0],
+        height=grounds[0],
         solid=np.zeros(shape, np.bool_) if walls else None,
         outside=np.zeros(shape, np.float32) if open_border else None,
         machine=np.zeros(count, POSE),
         tally=np.zeros(count, TALLY),
         changed=np.zeros((count, 4), np.int64),
         pending=np.zeros((count, 4), np.int64),
-        sums=np.zeros((count, rows, SUMS)),
-        remaining=np.zeros((count, len(Remaining._fields))),
+        sums=Sums(*(np.zeros((count, *part.shape)) for part in sums)),
         episodes=np.zeros(count, EPISODE),
         job=job,
         scenes=np.zeros(count, SCENE),
+        channels=np.array(channels),
     )
 
 
@@ -155,12 +150,12 @@ def machine_of(scene):
 
 
 @kernel
-def view_of(scene):
+def view_of(batch, scene):
     """View of a SCENE record."""
     eye, columns = scene.eye, scene.columns
     return View(
         eye.resolution, eye.ahead, eye.limit, eye.beyond, eye.overview_cell,
-        columns[0], columns[1], columns[2], columns[3],
+        batch.channels, columns[0], columns[1], columns[2], columns[3],
     )  # fmt: skip
 
 
@@ -170,20 +165,24 @@ def job_of(batch, w):
     job = batch.job
     return Job(
         target=job.target[w],
+        aim=job.aim[w],
         haul=job.haul[w],
-        outside=job.outside[w],
-        goal=job.goal[w],
-        stray=job.stray[w],
-        design=at(job.design, w),
-        low=job.low[w],
-        high=job.high[w],
-        solid=at(job.solid, w),
+        kind=job.kind[w],
         centers=job.centers[w][: batch.episodes[w].centers],
         mean_haul=job.mean_haul[w],
         missing=job.missing[w],
         soil=job.soil[w],
         design_cells=job.design_cells[w],
+        goal_depth=job.goal_depth[w],
+        limit=job.limit[w],
     )
+
+
+@kernel
+def sums_of(batch, w):
+    """The Sums with index w; they are those of the batch."""
+    sums = batch.sums
+    return Sums(sums.blocks[w], sums.bands[w], sums.total[w], sums.result[w])
 
 
 @kernel

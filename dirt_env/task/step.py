@@ -15,6 +15,7 @@ from dirt_env.task.batch import (
     machine_of,
     sight_of,
     soil_of,
+    sums_of,
     view_of,
 )
 from dirt_env.task.goal import measure
@@ -106,21 +107,21 @@ def take_up(batch: Batch, first: int, last: int) -> None:
 def _share(batch, w):
     """Share of the soil that has come to where it belongs."""
     soil = batch.job.soil[w]
-    return batch.remaining[w, 2] / soil if soil > 0.0 else 0.0
+    return batch.sums.result[w, 2] / soil if soil > 0.0 else 0.0
 
 
 @kernel
 def _is_finished(batch, w):
     """Whether the job is done: the design surface within its tolerance, or enough of the soil in the goal."""
     scene = batch.scenes[w]
-    return batch.remaining[w, 4] <= scene.tolerance or _share(batch, w) >= scene.success
+    return batch.sums.result[w, 4] <= scene.tolerance or _share(batch, w) >= scene.success
 
 
 @kernel
 def _measure(batch, w):
     """Measure the job where the ground has changed, and whether it is done."""
     changed = batch.changed[w]
-    measure(batch.height[w], job_of(batch, w), batch.scenes[w].cell, changed, batch.sums[w], batch.remaining[w])
+    measure(batch.height[w], job_of(batch, w), batch.scenes[w].cell, changed, sums_of(batch, w))
     changed[:] = 0
     batch.episodes[w].finished = _is_finished(batch, w)
 
@@ -129,7 +130,7 @@ def _measure(batch, w):
 def _book(batch, w, figures, column):
     """Measure the job after a step, add the step's tally to the totals, and write the reward and its terms."""
     scene, episode, tally = batch.scenes[w], batch.episodes[w], batch.tally[w]
-    before, was_finished = batch.remaining[w, 0], episode.finished
+    before, was_finished = batch.sums.result[w, 0], episode.finished
     _measure(batch, w)
     totals, scale = episode.totals, episode.scale
     totals.steps += 1
@@ -138,7 +139,7 @@ def _book(batch, w, figures, column):
     totals.lost += tally.lost
     terms = reward_terms(
         before,
-        batch.remaining[w, 0],
+        batch.sums.result[w, 0],
         tally.work,
         tally.lost,
         episode.finished == 1 and was_finished == 0,
@@ -154,7 +155,7 @@ def _book(batch, w, figures, column):
 @kernel
 def _show(batch, w, sight, figures, column):
     """Write the numbers of the info, in the order of INFO, and the observation."""
-    scene, episode, tally, remaining = batch.scenes[w], batch.episodes[w], batch.tally[w], batch.remaining[w]
+    scene, episode, tally, remaining = batch.scenes[w], batch.episodes[w], batch.tally[w], batch.sums.result[w]
     totals = episode.totals
     share, time = _share(batch, w), totals.steps * scene.period
     values = (
@@ -175,6 +176,6 @@ def _show(batch, w, sight, figures, column):
     for k in range(len(values)):
         figures[k, column] = values[k]
     observe(
-        batch.height[w], job_of(batch, w), batch.machine[w : w + 1], scene.cell, view_of(scene), 1.0 - share,
+        batch.height[w], job_of(batch, w), batch.machine[w : w + 1], scene.cell, view_of(batch, scene), 1.0 - share,
         max(0.0, 1.0 - time / scene.time), sight_of(sight, column),
     )  # fmt: skip

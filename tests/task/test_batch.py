@@ -18,11 +18,11 @@ def constants_of(scenes):
 
 
 @entry
-def numbers_of_view(scenes):
+def numbers_of_view(batch):
     """The numbers of the view that a kernel reads from a SCENE record, and its arrays."""
-    view = view_of(scenes[0])
+    view = view_of(batch, batch.scenes[0])
     numbers = (view.resolution, view.ahead, view.limit, view.beyond, view.overview_cell)
-    return numbers, (view.offset, view.scale, view.low, view.high)
+    return numbers, view.channels, (view.offset, view.scale, view.low, view.high)
 
 
 @entry
@@ -49,18 +49,20 @@ def test_every_constant_of_a_scene_reaches_the_kernels():
 
 
 def test_every_constant_of_the_view_reaches_the_kernels():
-    scenes = np.zeros(1, SCENE)
+    batch = make_batch(1, 5, 6, walls=True, open_border=True, channels=(2, 0))
+    scenes = batch.scenes
     numbers = [name for name, kind in View.__annotations__.items() if kind is float]
     assert SCENE["eye"].names == tuple(numbers)
     scenes["eye"] = tuple(range(len(numbers)))
     scenes["columns"] = np.arange(4)[:, None]
-    found, columns = numbers_of_view(scenes)
+    found, channels, columns = numbers_of_view(batch)
     assert found == tuple(range(len(numbers)))
+    assert channels.tolist() == [2, 0]
     assert [column.tolist() for column in columns] == [[k] * len(column) for k, column in enumerate(columns)]
 
 
 def test_a_job_is_a_view_of_the_arrays():
-    batch = make_batch(3, 5, 6, walls=True, open_border=True, design=True)
+    batch = make_batch(3, 5, 6, walls=True, open_border=True, channels=(0, 1))
     batch.episodes["centers"] = 1
     batch.job.soil[:] = [4.0, 5.0, 6.0]
     assert mark(batch, 1) == (1, 5.0)
@@ -70,12 +72,12 @@ def test_a_job_is_a_view_of_the_arrays():
 
 @pytest.mark.parametrize("has", [True, False])
 def test_what_worlds_do_not_have_is_none(has):
-    batch = make_batch(2, 5, 6, walls=has, open_border=has, design=has)
-    absent = [part is None for part in (batch.outside, batch.solid, batch.job.solid, batch.job.design)]
-    assert absent == [not has] * 4
+    batch = make_batch(2, 5, 6, walls=has, open_border=has, channels=(0, 1))
+    absent = [part is None for part in (batch.outside, batch.solid)]
+    assert absent == [not has] * 2
 
 
 def test_a_batch_has_all_arrays_of_a_job_and_a_thread():
     assert Scratch._fields == WORK_SPACE
-    job = make_batch(2, 5, 6, walls=True, open_border=True, design=True).job
+    job = make_batch(2, 5, 6, walls=True, open_border=True, channels=(0, 1)).job
     assert all(len(getattr(job, name)) == 2 for name in Job._fields)
