@@ -59,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     run.set_defaults(command=_run)
     _add_accuracy(commands)
     _add_evaluate(commands)
+    _add_speed(commands)
     _add_stability(commands)
     commands.add_parser("scenes", help="list the shipped scenes").set_defaults(command=_scenes)
     commands.add_parser("policies", help="list the policies").set_defaults(command=_policies)
@@ -184,6 +185,55 @@ def _play(run: Any, episodes: int, out: Path) -> int:
         _say(f"{run.policy_name} in {run.env.config.name}, {run.env.config.task.period:g} s a step", run.table())
         _say("wrote " + ", ".join(str(path) for path in written))
     return INTERRUPTED if run.interrupted else 0
+
+
+def _add_speed(commands: Any) -> None:
+    speed = commands.add_parser("speed", help="steps per second of every way to run worlds, beside CartPole")
+    speed.add_argument("--out", type=Path, metavar="DIR", help="folder for speed.json")
+    for option, name, words in (
+        ("--case", "NAME", "single, native, sync, sb3, world"),
+        ("--size", "N", "cells along the side of the site"),
+        ("--num-envs", "N", "worlds; single always has one"),
+        ("--threads", "N", "threads; single, sync and world always have one"),
+        ("--drive", "NAME", "idle, random, adaptive_push, full_load"),
+    ):
+        speed.add_argument(option, nargs="+", action="extend", default=[], metavar=name, help=f"only these: {words}")
+    speed.add_argument("--quick", action="store_true", help="a few rows, shorter, in under a minute")
+    speed.add_argument("--memory", action="store_true", help="memory over a million steps (100,000 with --quick), too")
+    speed.add_argument(
+        "--lean", action="store_true", help="instead: a step with and without what a scene can leave out"
+    )
+    speed.add_argument("--renew-docs", type=Path, metavar="DIR", help="write the tables of speed.md in DIR anew")
+    speed.set_defaults(command=_speed)
+
+
+def _speed(options: argparse.Namespace) -> int:
+    names = {"cases": options.case, "sizes": options.size, "counts": options.num_envs}
+    chosen = {**names, "threads": options.threads, "drives": options.drive}
+    docs, selects = options.renew_docs, any(chosen.values())
+    if options.lean:
+        if selects or options.out or options.quick or options.memory or docs:
+            raise ValueError("--lean is given; allowed: alone")
+        from dirt_env.bench.lean import rows, table
+
+        _say(table(rows()))
+        return 0
+    if docs is not None and (options.quick or selects):
+        raise ValueError("--renew-docs is given; allowed: with the full set, without --quick and without a choice")
+    if docs is not None and not (docs / "speed.md").is_file():
+        raise ValueError(f"--renew-docs is {docs}; allowed: a folder with speed.md")
+    from dirt_env.bench.speed.command import Speed, renew_document
+
+    run = Speed(options.quick, options.memory, **chosen)
+    out = None if options.out is None else _writable(options.out)
+    finished = run.measure()
+    written = [] if out is None else [run.write(out)]
+    if finished and docs is not None:
+        written.append(renew_document(docs, run.report()))
+    _say(run.table(), *([f"wrote {', '.join(map(str, written))}"] if written else []))
+    if not finished:
+        sys.stderr.write(f"dirt-push: interrupted after {len(run.rows)} of {len(run.items)} rows\n")
+    return 0 if finished else INTERRUPTED
 
 
 def _add_stability(commands: Any) -> None:

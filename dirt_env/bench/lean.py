@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.env import DirtPushEnv
-from dirt_env.sim.advance import settle
+from dirt_env.sim.advance import advance, settle
 from dirt_env.sim.params import Command
+from dirt_env.sim.voxel_advance import advance_voxels
 from dirt_env.task.goal import Gauge
-from dirt_env.terrain import Stepper
+from dirt_env.task.job import Job, make_job
 
 ACTIONS = [(steering, 1.0, blade) for steering in (-0.3, 0.2, 0.4) for blade in (-0.6, 0.0, 0.5)]
 SITE = (32.0, 32.0)
@@ -64,17 +65,26 @@ def env_step(env: DirtPushEnv) -> Step:
 
 def world_step(env: DirtPushEnv, command: Command, **fields) -> Step:
     """Steps of the physics alone, with some fields of the world replaced, back and forth on the same ground."""
-    world = env.episode.world._replace(**fields)
-    advance, period = Stepper(env.config), env.config.task.period
+    world, move = env.episode.world._replace(**fields), physics(env)
     back = command._replace(speed=-command.speed)
     forward = True
 
     def step():
         nonlocal forward
-        advance(world, command if forward else back, period)
+        move(world, command if forward else back)
         forward = not forward
 
     return step
+
+
+def physics(env: DirtPushEnv) -> Callable[..., None]:
+    """A function of a world of the environment's scene and a command: one control step of its terrain."""
+    config = env.config
+    fixed, period = (config.grid, config.soil, config.blade, config.machine), config.task.period
+    if config.terrain.kind == "heightfield":
+        return lambda world, command: advance(world, *fixed, command, period)
+    rules, pace = config.terrain.rules_for(config.grid, config.soil), float(config.terrain.updates_per_second)
+    return lambda world, command: advance_voxels(world, *fixed, rules, pace, command, period)
 
 
 def _terrain(full: bool) -> Step:
@@ -98,9 +108,9 @@ def _slump(full: bool) -> Step:
         if full:
             settle(world, config.grid, config.soil)
         else:
-            advance(world, still, config.task.period)
+            move(world, still)
 
-    advance, still = Stepper(config), Command(0.0, 0.0, 0.75)
+    move, still = physics(env), Command(0.0, 0.0, 0.75)
     return sweep
 
 
@@ -115,10 +125,17 @@ def _open_border(full: bool) -> Step:
     return world_step(env, Command(1.0, 0.0, -0.02), outside=env.episode.world.height.copy() if full else None)
 
 
+def empty_design(env: DirtPushEnv) -> Job:
+    """The job of the environment's episode with a design surface whose region is empty."""
+    world, layout, config = env.episode.world, env.episode.layout, env.config
+    limit = config.observation.height_limit
+    layout = layout._replace(design=np.zeros(world.height.shape, bool))
+    return make_job(world.height, layout, config.grid.cell, min(config.blade.height, limit), limit)
+
+
 def _design(full: bool) -> Step:
     env = started()
-    none = np.zeros(env.episode.world.height.shape, np.float32)
-    gauge = Gauge(env.episode.job._replace(design=none if full else None), env.config.grid.cell)
+    gauge = Gauge(empty_design(env) if full else env.episode.job, env.config.grid.cell)
     height = env.episode.world.height
     return lambda: gauge.measure(height)
 
