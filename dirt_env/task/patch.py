@@ -85,10 +85,10 @@ def _crossing(start, slope, level, count):
 
     A division finds it, and the numbers themselves put right what it rounded.
     """
-    j = 0
+    rising = slope >= 0.0
+    j = 0 if (start >= level) == rising else count
     if abs(slope) > 1e-6:
         j = int(min(max((level - start) / slope, 0.0), float(count)))
-    rising = slope >= 0.0
     while j > 0 and (start + (j - 1) * slope >= level) == rising:
         j -= 1
     while j < count and (start + j * slope >= level) != rising:
