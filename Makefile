@@ -56,6 +56,10 @@ test-oldest: .venv-oldest ## the environment's tests on the oldest supported gym
 test-interpreted: .venv-test ## tests of kernels without compilation, where that takes seconds only
 	@NUMBA_DISABLE_JIT=1 $(pytest) -m "not slow" tests/task tests/sim $(addprefix --ignore=,$(MANY_SWEEPS))
 
+.PHONY: test-ray
+test-ray: .venv-ray ## evaluation on a local Ray cluster of two nodes that loses one
+	@.venv/ray/bin/python -m pytest tests/bench/evaluate/test_cluster.py
+
 .PHONY: package
 package: .venv-test ## build the wheel and the source distribution into dist/
 	@.venv/test/bin/python -m build --outdir dist
@@ -65,7 +69,7 @@ clean: ## remove everything that was made, environments included
 	@rm -rf .venv build dist runs *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-.PHONY: .venv-demo .venv-test .venv-oldest
+.PHONY: .venv-demo .venv-test .venv-oldest .venv-ray
 .venv-demo:
 	$(environment) demo 400 -c constraints.txt -e '.[render]'
 
@@ -75,3 +79,8 @@ clean: ## remove everything that was made, environments included
 .venv-oldest:
 	@mkdir -p .venv && sed 's/^gymnasium==.*/$(OLDEST)/' constraints.txt > .venv/oldest.txt
 	$(environment) oldest 600 -c .venv/oldest.txt -e '.[render,files,dev]'
+
+# Ray pins the oldest gymnasium that is supported, so it lives apart.
+.venv-ray:
+	@mkdir -p .venv && sed 's/^gymnasium==.*/$(OLDEST)/' constraints.txt > .venv/ray.txt
+	$(environment) ray 1500 -c .venv/ray.txt -e '.[ray,bench]' pytest hypothesis

@@ -15,9 +15,10 @@ from .pushing.body import Body
 from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
 from .pushing.edge import edge_for
-from .pushing.parameters import Parameters
+from .pushing.parameters import Pushing, numbers_for
 from .pushing.route import Point, way
 from .pushing.site import Site
+from .pushing.worth import Worth, farthest_first
 
 FORGIVEN = 3  # failures kept in mind
 NOTHING = 0.03  # loads; less ahead of the blade is nothing
@@ -40,11 +41,12 @@ class AdaptivePush:
     """Pushes soil to its goals in passes that adapt to what the blade meets; sees the whole map."""
 
     sees = "map"
+    worth: Worth = staticmethod(farthest_first)
 
-    def __init__(self, config: SceneConfig, parameters: Parameters | None = None) -> None:
-        """For a scene; the numbers are those of `Parameters` unless others are given."""
-        self.parameters = parameters or Parameters()
-        self.site = Site(config)
+    def __init__(self, config: SceneConfig, parameters: Pushing | None = None, site: Site | None = None) -> None:
+        """For a scene; the numbers are those of its terrain, the site is what is observed, unless others are given."""
+        self.parameters = parameters or numbers_for(config.terrain.kind)
+        self.site = site or Site(config)
         self._body = Body(self.site)
         self._acts = {
             State.SELECT: self._select,
@@ -59,6 +61,10 @@ class AdaptivePush:
     def reset(self, seed: int | None = None) -> None:
         """Start an episode. Nothing is random, so the seed does not matter."""
         self.site.forget()
+        self.forget()
+
+    def forget(self) -> None:
+        """Know of nothing that was done so far."""
         self.state = State.SELECT
         self.push: Push | None = None
         self._failed: list[Point] = []
@@ -72,6 +78,10 @@ class AdaptivePush:
     def act(self, observation: Observation) -> np.ndarray:
         """Action (3,) for an observation with a map."""
         self.site.see(observation)
+        return self.decide()
+
+    def decide(self) -> np.ndarray:
+        """Action (3,) for the site as it is."""
         action = None
         while action is None:
             action = self._acts[self.state]()
@@ -101,17 +111,26 @@ class AdaptivePush:
 
     def _select(self):
         """Choose a push and the way to its start."""
-        self.push = choose(self.site, self.parameters, self._failed)
-        if self.push is None and self._failed:
+        pushes = self._choose()
+        if not pushes and self._failed:
             self._failed.clear()
-            self.push = choose(self.site, self.parameters, self._failed)
-        if self.push is None:
+            pushes = self._choose()
+        if not pushes:
             return self._go(State.DONE)
+        self.begin(pushes[0])
+        return None
+
+    def begin(self, push: Push) -> None:
+        """Set out for a push."""
+        self.push = push
         self._way = self._way_to_start()
         self._found = self.site.excess
         self._layer = layer(self.site, self.push, self.parameters.layer * self.site.rated)
         self._go(State.NAVIGATE)
-        return None
+
+    def _choose(self) -> list[Push]:
+        """Pushes worth beginning, the best one first."""
+        return choose(self.site, self.parameters, self._failed, self.worth)
 
     def _way_to_start(self) -> list[Point]:
         """Round heaps and with room to turn, if there is such a way; else closer to what is solid."""

@@ -4,4 +4,9 @@ from gymnasium.envs.registration import register
 
 __version__ = "0.1.0"
 
-register(id="DirtPush-v0", entry_point="dirt_env.env:DirtPushEnv", max_episode_steps=600)
+register(
+    id="DirtPush-v0",
+    entry_point="dirt_env.env:DirtPushEnv",
+    vector_entry_point="dirt_env.vector:DirtPushVectorEnv",
+    max_episode_steps=600,
+)

@@ -41,7 +41,12 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command")
     run = commands.add_parser("run", help="let a policy do a job; write figures, a replay and an animated picture")
     run.add_argument("--scene", default="heap", metavar="NAME|FILE", help="shipped scene or TOML file (default: heap)")
-    run.add_argument("--policy", default="adaptive_push", metavar="NAME", help="what drives (default: adaptive_push)")
+    run.add_argument(
+        "--policy",
+        default="adaptive_push",
+        metavar="NAME",
+        help="what drives (default: adaptive_push), or module:Class; two with a comma are played side by side",
+    )
     run.add_argument("--episodes", type=_whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=_whole(0), default=0, metavar="S", help="of the first layout (default: 0)")
     run.add_argument("--out", type=Path, metavar="DIR", help="folder for what is written (default: runs/SCENE-POLICY)")
@@ -52,21 +57,123 @@ def _parser() -> argparse.ArgumentParser:
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scene, as in --set soil.repose=30"
     )
     run.set_defaults(command=_run)
+    _add_accuracy(commands)
+    _add_evaluate(commands)
     _add_stability(commands)
     commands.add_parser("scenes", help="list the shipped scenes").set_defaults(command=_scenes)
     commands.add_parser("policies", help="list the policies").set_defaults(command=_policies)
     return parser
 
 
+def _add_accuracy(commands: Any) -> None:
+    accuracy = commands.add_parser("accuracy", help="error against run time, at problems with known answers")
+    accuracy.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the rows and the report")
+    accuracy.add_argument("--quick", action="store_true", help="a few problems and settings, in under a minute")
+    accuracy.add_argument("--problem", action="append", default=[], metavar="NAME", help="this only (may be repeated)")
+    accuracy.add_argument("--method", action="append", default=[], metavar="NAME", help="this only (may be repeated)")
+    accuracy.add_argument(
+        "--renew-docs", type=Path, metavar="DIR", help="write the tables and plots of accuracy.md in DIR anew"
+    )
+    accuracy.set_defaults(command=_accuracy)
+
+
+def _accuracy(options: argparse.Namespace) -> int:
+    from dirt_env.bench.accuracy.command import Accuracy, renew_document
+
+    if options.renew_docs is not None and (options.quick or options.problem or options.method):
+        raise ValueError("--renew-docs is given; allowed: with the full set, without --quick, --problem and --method")
+    if options.renew_docs is not None and not (options.renew_docs / "accuracy.md").is_file():
+        raise ValueError(f"--renew-docs is {options.renew_docs}; allowed: a folder with accuracy.md")
+    run = Accuracy(_writable(options.out), options.quick, options.problem, options.method)
+    if run.aside is not None:
+        sys.stderr.write(f"dirt-push: rows of another version or machine are now in {run.aside}; beginning anew\n")
+    if not run.measure():
+        done = f"after {len(run.items) - len(run.left())} of {len(run.items)} rows, all kept in {options.out}"
+        sys.stderr.write(f"dirt-push: interrupted {done}; the same command goes on from there\n")
+        return INTERRUPTED
+    written = run.write()
+    if options.renew_docs is not None:
+        written += renew_document(options.renew_docs, run.report())
+    _say(run.table(), "wrote " + ", ".join(str(path) for path in written))
+    return 0
+
+
+def _add_evaluate(commands: Any) -> None:
+    evaluate = commands.add_parser("evaluate", help="compare policies on held-out layouts; figures with intervals")
+    evaluate.add_argument("--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, or module:Class")
+    evaluate.add_argument(
+        "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, all, or TOML"
+    )
+    evaluate.add_argument("--layouts", type=_whole(1), default=10, metavar="N", help="of each job (default: 10)")
+    evaluate.add_argument("--split", default="evaluation", help="evaluation (default), or selection, training")
+    evaluate.add_argument("--steps", type=_whole(1), metavar="N", help="most control steps (default: the jobs' times)")
+    evaluate.add_argument("--workers", type=_whole(1), default=1, metavar="W", help="processes (default: 1)")
+    evaluate.add_argument("--ray", metavar="ADDRESS", help='play on a Ray cluster: its address, "auto" or "local"')
+    evaluate.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder of the results (default: runs/evaluate-SUITE)"
+    )
+    evaluate.add_argument("--fresh", action="store_true", help="forget the episodes that the folder holds")
+    evaluate.set_defaults(command=_evaluate)
+
+
+def _evaluate(options: argparse.Namespace) -> int:
+    from dirt_env.bench.evaluate.evaluation import FAILURES, Evaluation, player
+    from dirt_env.bench.evaluate.journal import Journal
+    from dirt_env.bench.evaluate.report import table
+    from dirt_env.bench.evaluate.suite import load_suite
+
+    suite = load_suite(options.suite, options.steps)
+    names = [name.strip() for name in options.policies.split(",") if name.strip()]
+    evaluation = Evaluation(names, suite, options.layouts, options.split)
+    play = player(options.workers, options.ray)
+    out = _writable(options.out or Path("runs") / f"evaluate-{suite.name}")
+    with Journal(out, evaluation.settings(), options.fresh) as journal:
+        failed = None
+        try:
+            evaluation.play(journal, play)
+        except FAILURES as failure:
+            failed = failure
+        left = len(evaluation.left(journal))
+        if left:
+            done = f"{len(evaluation.trials) - left} of {len(evaluation.trials)} episodes are kept in {out}"
+            again = f"{done}; the same command goes on from there"
+            sys.stderr.write(
+                f"dirt-push: error: {failed}; {again}\n" if failed else f"dirt-push: interrupted: {again}\n"
+            )
+            return BAD_INPUT if failed else INTERRUPTED
+        result, written = evaluation.write(journal)
+    _say(table(result), "wrote " + ", ".join(str(path) for path in written))
+    return 0
+
+
 def _run(options: argparse.Namespace) -> int:
-    from dirt_env.run import Run
+    from dirt_env.run import SIDE_BY_SIDE, Run, write_side_by_side
 
     overrides = read_settings(options.set)
     if options.level is not None:
         overrides["level"] = options.level
-    run = Run(options.scene, options.policy, options.seed, options.steps, overrides, not options.no_replay)
-    out = _writable(options.out or Path("runs") / f"{Path(options.scene).stem}-{options.policy}")
-    run.play(options.episodes)
+    names = [name.strip() for name in options.policy.split(",")]
+    if len(names) > 2 or len(set(names)) < len(names):
+        raise ValueError(f"--policy is {options.policy!r}; allowed: one, or two different ones to see side by side")
+    settings = options.seed, options.steps, overrides, not options.no_replay
+    runs = [Run(options.scene, name, *settings) for name in names]
+    out = _writable(options.out or Path("runs") / "-".join([Path(options.scene).stem, *map(_as_folder, names)]))
+    (out / SIDE_BY_SIDE).unlink(missing_ok=True)
+    for run in runs:
+        if status := _play(run, options.episodes, out if len(runs) == 1 else out / _as_folder(run.policy_name)):
+            return status
+    if len(runs) == 2 and not options.no_replay:
+        _say(f"wrote {write_side_by_side(*runs, out)}")
+    return 0
+
+
+def _as_folder(policy: str) -> str:
+    return policy.replace(":", "-")
+
+
+def _play(run: Any, episodes: int, out: Path) -> int:
+    """Play a run's episodes, write and say what came of them; returns the exit status."""
+    run.play(episodes)
     written = run.write(out) if run.summaries else []  # before anything is said: nobody may be listening any more
     if run.interrupted:
         done = f"after {len(run.summaries)} of {run.wanted} episodes"

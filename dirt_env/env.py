@@ -1,25 +1,28 @@
 """`DirtPush-v0`: a machine with a blade moves soil to where it belongs."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from dirt_env.arguments import read_options
 from dirt_env.config import layout as draw_layout
 from dirt_env.config import load
 from dirt_env.episode import Episode, tree_form
-from dirt_env.observer import Observer
 from dirt_env.snapshot import check, pack, unpack
 from dirt_env.task.observation import read_pose
 from dirt_env.task.reward import TERMS
+from dirt_env.task.step import FIRST_TERM, INFO, REWARD, SUCCESS
+from dirt_env.terrain import cells_of
+from dirt_env.worlds import Worlds
 
-RESET_OPTIONS = ("layout_seed", "pose")
 VIEWS = ("top", "surface", "cells")
+NOT_RESET = "Cannot call env.step() or env.render() before calling env.reset()"
 
 
 class DirtPushEnv(gymnasium.Env):
@@ -116,6 +119,8 @@ class DirtPushEnv(gymnasium.Env):
     `terrain="voxel"` puts the paper's three-dimensional grid of cells in place of the height field: everything above
     stays the same but the dynamics, which docs/paper.md describes.
 
+    Many worlds at once: `gymnasium.make_vec("DirtPush-v0", num_envs=N)`, see `dirt_env.vector.DirtPushVectorEnv`.
+
     ## Versions
     v0: first.
     """
@@ -126,21 +131,35 @@ class DirtPushEnv(gymnasium.Env):
         self, render_mode: str | None = None, scene: Any = "heap", view: str = "top", **overrides: Any
     ) -> None:
         """Read and check the scene; raises ValueError that names what is wrong and what is allowed."""
+        worlds = Worlds([load(scene, **overrides)])
+        self._join(worlds, 0, _spaces(worlds), render_mode, view)
+
+    @classmethod
+    def all_of(cls, worlds: Worlds, render_mode: str | None = None, view: str = "top") -> list[Self]:
+        """The environments of the worlds of a batch; each steps and resets its world, in the batch's arrays."""
+        envs, shared = [cls.__new__(cls) for _ in worlds.configs], _spaces(worlds)
+        for index, env in enumerate(envs):
+            env._join(worlds, index, shared, render_mode, view)
+        return envs
+
+    def _join(
+        self,
+        worlds: Worlds,
+        index: int,
+        both: tuple[spaces.Box, spaces.Dict],
+        render_mode: str | None,
+        view: str,
+    ) -> None:
+        """Be the environment of world `index`."""
+        self._worlds, self._index = worlds, index
+        self.config = worlds.configs[index]
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
             raise ValueError(f"render_mode is {render_mode!r}; allowed: None, {', '.join(modes)}")
-        self.render_mode = render_mode
-        self.config = load(scene, **overrides)
         if view not in VIEWS or (view == "cells" and self.config.terrain.kind != "voxel"):
             raise ValueError(f'view is {view!r}; allowed: {", ".join(VIEWS[:2])}, and cells with terrain "voxel"')
-        self._view = view
-        self._observer = Observer(self.config)
-        self._weights = tuple((name, getattr(self.config.reward, name)) for name in TERMS)
-        self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
-        self.observation_space = spaces.Dict(
-            {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in self._observer.bounds.items()}
-        )
-        self._episode: Episode | None = None
+        self.render_mode, self._view = render_mode, view
+        self.action_space, self.observation_space = both
         self._picture = self._window = None
 
     def reset(
@@ -150,31 +169,39 @@ class DirtPushEnv(gymnasium.Env):
 
         Raises ValueError, and changes neither the episode nor the generator, if an option is bad.
         """
-        layout_seed, pose = _read_options(options)
-        with self._generator_kept_on_error():
+        self.put(self.begin(seed, options))
+        seen, figures = self._worlds.look(self._index)
+        return seen, _info(figures)
+
+    def begin(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Episode:
+        """The start of an episode as `reset` draws it, for `put`; only the generator has changed then."""
+        layout_seed, pose = read_options(options)
+        with self.generator_kept_on_error():
             super().reset(seed=seed)
             generator = self.np_random if layout_seed is None else np.random.default_rng(layout_seed)
             layout = draw_layout(self.config, generator)
             if pose is not None:
                 layout = layout._replace(pose=pose)
-            self._episode = Episode.begin(self.config, layout)
+            return Episode.begin(self.config, layout)
+
+    def put(self, episode: Episode) -> None:
+        """Go on from an episode."""
+        self._worlds.put(self._index, episode)
         self._picture = None
         if self.render_mode == "human":
             self.render()
-        return self._observer.look(self._episode), self._episode.info()
 
     def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """One control step of `task.period` seconds; raises ValueError, and changes nothing, if the action is bad."""
-        episode = self.episode
-        terms = episode.act(action)
-        info = episode.info()
-        info["reward"] = terms
-        reward = 0.0
-        for name, weight in self._weights:
-            reward += weight * terms[name]
+        worlds, index = self._worlds, self._index
+        if worlds.layouts[index] is None:
+            raise ResetNeeded(NOT_RESET)
+        seen, figures = worlds.step(index, action)
+        info = _info(figures)
+        info["reward"] = dict(zip(TERMS, figures[FIRST_TERM:REWARD], strict=True))
         if self.render_mode == "human":
             self.render()
-        return self._observer.look(episode), reward, info["is_success"], False, info
+        return seen, figures[REWARD], info["is_success"], False, info
 
     def render(self) -> np.ndarray | None:
         """Picture of the site, uint8 (height, width, 3); in the mode "human" it is shown in a window instead."""
@@ -199,10 +226,10 @@ class DirtPushEnv(gymnasium.Env):
 
     @property
     def episode(self) -> Episode:
-        """The episode that is under way; raises ResetNeeded before the first reset."""
-        if self._episode is None:
-            raise ResetNeeded("Cannot call env.step() or env.render() before calling env.reset()")
-        return self._episode
+        """The episode that is under way, its arrays the world's own; raises ResetNeeded before the first reset."""
+        if self._worlds.layouts[self._index] is None:
+            raise ResetNeeded(NOT_RESET)
+        return self._worlds.episode(self._index)
 
     def _frame(self) -> np.ndarray:
         """The picture that the view asks for."""
@@ -211,7 +238,7 @@ class DirtPushEnv(gymnasium.Env):
             return self.picture.frame(world.height, world.machine[0])
         if self._view == "surface":
             return self.picture.surface(getattr(world, "surface", world.height), world.machine[0])
-        return self.picture.cells(world.fill[1:-1, 1:-1, 1:-1], world.bottom, world.dy, world.machine[0])
+        return self.picture.cells(*cells_of(world), world.machine[0])
 
     @property
     def picture(self) -> Any:
@@ -233,7 +260,7 @@ class DirtPushEnv(gymnasium.Env):
 
     def read_pose(self, pose: np.ndarray) -> dict[str, float]:
         """The observation's pose vector in physical units, by name; `heading` [rad] is added."""
-        return read_pose(pose, self._observer.table)
+        return read_pose(pose, self._worlds.observer.table)
 
     def get_state(self) -> bytes:
         """All that the future depends on, the generator too, for `set_state` of an environment of the same scene."""
@@ -247,19 +274,34 @@ class DirtPushEnv(gymnasium.Env):
 
     def set_state(self, state: bytes) -> None:
         """Go on from a state of `get_state`; ValueError, and nothing changes, if it is damaged or of another scene."""
+        self.take_up(*self.read_state(state))
+
+    def read_state(self, state: bytes) -> tuple[Episode, dict[str, Any], int | None]:
+        """What a state of `get_state` holds, for `take_up`: episode, generator's state, seed; nothing changes yet."""
         tree = unpack(state)
         if isinstance(tree, dict) and tree.get("config") != _fingerprint(self.config):
             raise ValueError("state comes from a differently configured scene; allowed: states of this one")
         form = {"config": str, "generator": dict, "seed": (None, int), "episode": tree_form(self.config)}
         check(tree, form, "state")
-        episode = Episode.from_tree(self.config, tree["episode"])
-        self.np_random.bit_generator.state = _checked(self.np_random, tree["generator"])
-        self._episode = episode
-        self._np_random_seed = tree["seed"]
+        return (
+            Episode.from_tree(self.config, tree["episode"]),
+            _checked(self.np_random, tree["generator"]),
+            tree["seed"],
+        )
+
+    def take_up(self, episode: Episode, generator: dict[str, Any], seed: int | None) -> None:
+        """Go on from an episode, with a generator in that state and the seed it was made from."""
+        self._worlds.put(self._index, episode)
+        self.take_over(generator, seed)
+
+    def take_over(self, generator: dict[str, Any], seed: int | None) -> None:
+        """Go on with a generator in that state; the world itself has been replaced."""
+        self.np_random.bit_generator.state = generator
+        self._np_random_seed = seed
         self._picture = None
 
     @contextmanager
-    def _generator_kept_on_error(self) -> Iterator[None]:
+    def generator_kept_on_error(self) -> Iterator[None]:
         """Leave the generator as it was if what is done meanwhile raises."""
         generator, seed = self._np_random, self._np_random_seed
         state = None if generator is None else generator.bit_generator.state
@@ -276,6 +318,19 @@ class DirtPushEnv(gymnasium.Env):
         return {**self.__dict__, "_picture": None, "_window": None}
 
 
+def _spaces(worlds: Worlds) -> tuple[spaces.Box, spaces.Dict]:
+    """Action and observation space of one world."""
+    parts = {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in worlds.observer.bounds.items()}
+    return spaces.Box(-1.0, 1.0, (3,), np.float32), spaces.Dict(parts)
+
+
+def _info(figures: list[float]) -> dict[str, Any]:
+    """The numbers of `info` by name; they are the first of the figures."""
+    info: dict[str, Any] = dict(zip(INFO, figures, strict=False))
+    info["is_success"] = figures[SUCCESS] == 1.0
+    return info
+
+
 def _checked(generator: np.random.Generator, state: dict[str, Any]) -> dict[str, Any]:
     """The state, if the generator can take it; else raises ValueError."""
     trial = type(generator.bit_generator)()
@@ -289,29 +344,3 @@ def _checked(generator: np.random.Generator, state: dict[str, Any]) -> dict[str,
 def _fingerprint(config: Any) -> str:
     """The configuration as text."""
     return json.dumps(config.to_dict(), sort_keys=True)
-
-
-def _read_options(options: dict[str, Any] | None) -> tuple[int | None, tuple[float, float, float] | None]:
-    """The reset options layout_seed and pose; raises ValueError for any other."""
-    if options is None:
-        return None, None
-    if not isinstance(options, Mapping):
-        raise ValueError(f"reset options are {options!r}; allowed: None or a mapping of {', '.join(RESET_OPTIONS)}")
-    for name in options:
-        if name not in RESET_OPTIONS:
-            raise ValueError(f"reset option {name!r} is unknown; known: {', '.join(RESET_OPTIONS)}")
-    seed, pose = options.get("layout_seed"), options.get("pose")
-    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
-        raise ValueError(f"reset option layout_seed is {seed!r}; allowed: an integer >= 0")
-    return seed, None if pose is None else _read_pose_option(pose)
-
-
-def _read_pose_option(pose: Any) -> tuple[float, float, float]:
-    """The reset option pose; raises ValueError if it is not three finite numbers."""
-    try:
-        values = np.asarray(pose, np.float64)
-    except (ArithmeticError, TypeError, ValueError):
-        values = np.empty(0)
-    if values.shape != (3,) or not np.isfinite(values).all():
-        raise ValueError(f"reset option pose is {pose!r}; allowed: x m, y m, heading rad")
-    return tuple(values.tolist())

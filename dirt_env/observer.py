@@ -1,33 +1,40 @@
-"""Observations of a scene: their spaces' bounds, and the arrays."""
+"""What the observations of a scene are like: the bounds of their spaces, and new arrays for them."""
 
 import numpy as np
 
 from dirt_env.config import SceneConfig
-from dirt_env.episode import Episode
-from dirt_env.task.observation import Sight, bounds, make_view, observe, pose_table
+from dirt_env.task.observation import Sight, bounds, make_view, pose_table
 
 
 class Observer:
-    """Makes the observations of a scene; every one is a set of new arrays.
+    """The observations of a scene.
 
-    `table` has units and scales of the pose vector, `bounds` the lowest and highest values of every array, by name.
+    `table` has units and scales of the pose vector, `bounds` the lowest and highest values of every array, by name,
+    `view` the constants for the kernel.
     """
 
     def __init__(self, config: SceneConfig) -> None:
         wanted, grid = config.observation, config.grid
         limit, height = wanted.height_limit, config.blade.height
         self.table = pose_table(grid, config.blade, config.machine)
-        self.bounds = bounds(grid, self.table, wanted.size, limit, config.has_walls, wanted.overview, wanted.map)
+        walls, channels = config.has_walls, config.channels
+        self.bounds = bounds(grid, self.table, wanted.size, channels, limit, walls, wanted.overview, wanted.map)
         beyond = -height if config.site.border == "open" else height
-        self._view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond)
+        self.view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond, channels)
         self._shapes = {name: low.shape for name, (low, _) in self.bounds.items()}
-        self._cell, self._time = grid.cell, config.task.time
 
-    def look(self, episode: Episode) -> dict[str, np.ndarray]:
-        """What the policy is shown of an episode, f4 arrays by name (see `DirtPushEnv`)."""
-        seen = {name: np.empty(shape, np.float32) for name, shape in self._shapes.items()}
-        sight = Sight(seen["patch"], seen["pose"], seen.get("overview"), seen.get("map"))
-        world, job = episode.world, episode.job
-        time_left = max(0.0, 1.0 - episode.time / self._time)
-        observe(world.height, job, world.machine, self._cell, self._view, 1.0 - episode.share, time_left, sight)
-        return seen
+    def blank(self) -> tuple[dict[str, np.ndarray], Sight]:
+        """New f4 arrays for one world, not filled, by name; and the same for the kernels, with a leading axis."""
+        arrays = {name: np.empty(shape, np.float32) for name, shape in self._shapes.items()}
+        overview, site = arrays.get("overview"), arrays.get("map")
+        return arrays, Sight(
+            arrays["patch"][None],
+            arrays["pose"][None],
+            None if overview is None else overview[None],
+            None if site is None else site[None],
+        )
+
+    def blanks(self, count: int) -> tuple[dict[str, np.ndarray], Sight]:
+        """New f4 arrays for `count` worlds, not filled, by name; and the same arrays for the kernels."""
+        arrays = {name: np.empty((count, *shape), np.float32) for name, shape in self._shapes.items()}
+        return arrays, Sight(arrays["patch"], arrays["pose"], arrays.get("overview"), arrays.get("map"))

@@ -1,16 +1,24 @@
-"""What acts: the protocol of policies, and the scripted ones by name."""
+"""What acts: the protocol of policies, the scripted ones by name, and anybody's own by `module:attribute`."""
 
+import sys
+import traceback
 from collections.abc import Mapping
 from importlib import import_module
+from importlib.util import find_spec
+from inspect import signature
+from os import getcwd
+from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
 from dirt_env.config import SceneConfig
 
 PACKAGE = "dirt_env.baselines"
+SEES = ("map", "patch", "nothing")
+FORM = "allowed: module:attribute, a class or function that is called with the scene's config, as in my_rules:MyPush"
 Observation = Mapping[str, np.ndarray]
 
 
@@ -19,6 +27,10 @@ class Policy(Protocol):
 
     `sees` says what it looks at, so that comparisons stay honest: "patch" (what the machine sees itself: `patch`,
     `pose`, `overview`), "map" (the whole site; made with observation={"map": True}), or "nothing".
+
+    A policy of your own is named `module:attribute`: a class, or a function such as `make`, that is called with the
+    `SceneConfig` and gives the policy. The module may be a file in the current folder. An evaluation makes a new
+    policy for every episode.
     """
 
     sees: Literal["map", "patch", "nothing"]
@@ -31,8 +43,23 @@ class Policy(Protocol):
 
 
 def load_policy(name: str, config: SceneConfig) -> Policy:
-    """The scripted behaviour of that name for a scene: `make(config)` of the module `dirt_env.baselines.NAME`."""
-    return _module(name).make(config)
+    """The policy of that name for a scene: a scripted behaviour, or `module:attribute`.
+
+    Raises ValueError for a name that is not known, or something that is no policy, and ImportError for a module that
+    cannot be imported, with a sentence that helps.
+    """
+    if ":" not in name:
+        return _module(name).make(config)
+    maker = _maker(name)
+    try:
+        signature(maker).bind(config)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"policy {name} cannot be called with a config: {error}; {FORM}") from None
+    try:
+        policy = maker(config)
+    except Exception as error:
+        raise ValueError(f"policy {name} cannot be made: {complaint(error)}") from error
+    return _checked(name, policy)
 
 
 def policy_names() -> tuple[str, ...]:
@@ -46,8 +73,72 @@ def describe_policy(name: str) -> str:
     return (_module(name).__doc__ or "").strip().partition("\n")[0]
 
 
+def policy_file(name: str) -> Path | None:
+    """The file that a policy of somebody's own is written in; None for a scripted behaviour."""
+    if ":" not in name:
+        return None
+    found = getattr(_own_module(name), "__file__", None)
+    return None if found is None else Path(found)
+
+
 def _module(name: str) -> ModuleType:
     known = policy_names()
     if name not in known:
-        raise ValueError(f"policy is {name!r}; known: {', '.join(known)}")
+        raise ValueError(f"policy is {name!r}; known: {', '.join(known)}; or your own as module:attribute")
     return import_module(f"{PACKAGE}.{name}")
+
+
+def _maker(name: str) -> Any:
+    """What makes the policy `module:attribute`."""
+    module, (_, _, attribute) = _own_module(name), name.partition(":")
+    if not hasattr(module, attribute):
+        names = [key for key, value in vars(module).items() if callable(value) and key[0] != "_"]
+        where = f"{module.__name__} ({getattr(module, '__file__', 'built in')})"
+        raise ValueError(
+            f"policy {name}: {where} has no {attribute!r}; it has: {', '.join(names) or 'nothing to call'}"
+        )
+    maker = getattr(module, attribute)
+    if not callable(maker):
+        raise ValueError(f"policy {name} is a {type(maker).__name__}; {FORM}")
+    return maker
+
+
+def _own_module(name: str) -> ModuleType:
+    """The module of `module:attribute`, looked up where Python looks and then in the current folder."""
+    module, _, attribute = name.partition(":")
+    if not attribute.isidentifier() or not all(part.isidentifier() for part in module.split(".")):
+        raise ValueError(f"policy is {name!r}; {FORM}")
+    if getcwd() not in sys.path:
+        sys.path.append(getcwd())
+    try:
+        if find_spec(module) is None:
+            raise ImportError(f"policy {name}: no module {module!r}, neither installed nor in {getcwd()}")
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        raise ImportError(f"policy {name}: {error}") from None
+    except ImportError:
+        raise
+    except Exception as error:
+        raise ImportError(f"policy {name}: {complaint(error)}") from error
+
+
+def complaint(error: BaseException) -> str:
+    """What went wrong in somebody's code and where, in a line."""
+    if isinstance(error, SyntaxError):
+        return f"{type(error).__name__}: {error}"
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    return " ".join(f"{type(error).__name__}: {error}".split()) + where
+
+
+def _checked(name: str, policy: Any) -> Policy:
+    """The policy, if it is one; else raises ValueError."""
+    missing = [method for method in ("reset", "act") if not callable(getattr(policy, method, None))]
+    if missing:
+        kind = type(policy).__name__
+        raise ValueError(
+            f"policy {name} gives a {kind} without {' and '.join(missing)}; allowed: reset(seed), act(obs)"
+        )
+    if (sees := getattr(policy, "sees", None)) not in SEES:
+        raise ValueError(f"policy {name}: its `sees` is {sees!r}; allowed: {', '.join(map(repr, SEES))}")
+    return policy

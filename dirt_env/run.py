@@ -11,9 +11,12 @@ from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
+from dirt_env.render.pair import write_pair
 from dirt_env.render.replay import Recorder
 from dirt_env.rollout import Summary, mean, play
+from dirt_env.terrain import cells_of
 
+SIDE_BY_SIDE = "side_by_side.html"
 MOMENTS = 600  # of one episode in the replay
 COLUMNS = (
     ("share_in_goal", "in goal", "{:.1%}"),
@@ -59,7 +62,7 @@ class Run:
         title = f"{config.name}: {policy}"
         every = max(1, self.steps // MOMENTS)
         recorder = Recorder(title, config.description, config.grid.cell, config.blade, config.machine, every)
-        self._recorder = recorder if record else None
+        self.recorder = recorder if record else None
 
     def play(self, episodes: int) -> None:
         """Play the episodes, on the layouts of `seed`, `seed` + 1, ...; Ctrl-C drops the one that is being played."""
@@ -74,8 +77,8 @@ class Run:
                 )
         except KeyboardInterrupt:
             self.interrupted = True
-            if self._recorder is not None:
-                self._recorder.keep(len(self.summaries))
+            if self.recorder is not None:
+                self.recorder.keep(len(self.summaries))
         finally:
             progress.clear()
 
@@ -85,13 +88,13 @@ class Run:
         def watch(env: DirtPushEnv, info: dict) -> None:
             world, layout, done = env.episode.world, env.episode.layout, env.episode.totals.steps
             progress.show(episode * self.steps + done, f"{label}, {info['share_in_goal']:.0%} in the goal")
-            if self._recorder is None:
+            if self.recorder is None:
                 return
             if done == 0:
                 regions = {name: getattr(layout, name) for name in ("start", "goal", "target", "design", "solid")}
-                self._recorder.begin(label, **regions)
+                self.recorder.begin(label, **regions)
             stats = {name: value for name, value in info.items() if isinstance(value, float) and name != "time_s"}
-            self._recorder.add(world.height, world.machine[0], info["time_s"], stats)
+            self.recorder.add(world.height, world.machine[0], info["time_s"], stats, cells_of(world))
 
         return watch
 
@@ -120,10 +123,10 @@ class Run:
         page.unlink(missing_ok=True)
         film.unlink(missing_ok=True)
         write_atomically(summary, (json.dumps(self.summary(), indent=2) + "\n").encode())
-        if self._recorder is None:
+        if self.recorder is None:
             return [summary]
-        self._recorder.write_html(page)
-        self._recorder.write_gif(film)
+        self.recorder.write_html(page)
+        self.recorder.write_gif(film)
         return [summary, page, film]
 
     def table(self) -> str:
@@ -140,6 +143,13 @@ class Run:
             lines.append([str(label), reached, *cells])
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.rjust, line, widths)) for line in lines)
+
+
+def write_side_by_side(left: Run, right: Run, folder: Path) -> Path:
+    """Write side_by_side.html of two runs on the same layouts, both recorded; returns its path."""
+    path, config = folder / SIDE_BY_SIDE, left.env.config
+    write_pair(path, f"{config.name}: {config.description}", {run.policy_name: run.recorder for run in (left, right)})
+    return path
 
 
 def _with_map(overrides: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 The arithmetic is written in the same order as in the kernels, so that tests can ask for equality to the last bit.
 """
 
-from math import cos, sin
+from math import cos, floor, sin
 
 import numpy as np
 
@@ -74,9 +74,10 @@ def sweep(h, quantum, cell, soil, solid, rim, crossed=()):
 
 
 def _flux(drop, across, threshold, settled, lock):
-    steep = np.sqrt(drop * drop + across * across)
+    steep = drop * drop + across * across
+    calm = threshold * threshold
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(steep > settled, (steep - threshold) / steep, drop.dtype.type(0))
+        share = np.where(steep > settled * settled, (steep - calm) / steep, drop.dtype.type(0))
     return (drop.dtype.type(RATE) * drop * share + lock) - lock
 
 
@@ -117,3 +118,67 @@ def track_plane(sample, x, y, heading, machine, stations=5):
             rows.append((1.0, s, u))
             heights.append(sample(x + s * cos(heading) - u * sin(heading), y + s * sin(heading) + u * cos(heading)))
     return np.linalg.lstsq(np.array(rows), np.array(heights), rcond=None)[0]
+
+
+def todo(place, height, goal_depth, limit):
+    """What is to do in every cell [m], from the masks of a layout."""
+    solid = np.zeros(height.shape, bool) if place.solid is None else place.solid
+    design = np.zeros(height.shape, bool) if place.design is None else place.design & ~solid
+    off = height.astype(np.float32) - aim(place).astype(np.float32)
+    result = np.where(design, np.clip(off, -limit, limit), np.clip(off, 0, limit))
+    result[solid] = 0
+    result[place.goal & ~solid] = -goal_depth
+    return result
+
+
+def aim(place):
+    """The target where there is a design, else the ground that was there under the soil."""
+    ground = place.height.astype(np.float32)
+    solid = np.zeros(ground.shape, bool) if place.solid is None else place.solid
+    design = np.zeros(ground.shape, bool) if place.design is None else place.design & ~solid
+    return np.where(design, place.target, ground - (place.height - place.target))
+
+
+def patch(place, height, cell, size, ahead, resolution, pose, goal_depth, limit, beyond):
+    """The channels of the patch by name, pixel by pixel: each shows the cell its centre lies in."""
+    x, y, heading, z = pose
+    step = resolution / cell
+    east, north = cos(heading) * step, sin(heading) * step
+    front, left = ahead * size - 0.5, 0.5 * size - 0.5
+    found = {
+        name: np.full((size, size), end, np.float32) for name, end in (("height", beyond), ("todo", 0), ("walls", 1))
+    }
+    height = height.astype(np.float32)
+    to_do = todo(place, height, goal_depth, limit)
+    for i in range(size):
+        for j in range(size):
+            column = x / cell + (front - i) * east - left * north + j * north
+            row = y / cell + (front - i) * north + left * east - j * east
+            r, c = floor(row), floor(column)
+            if 0 <= r < height.shape[0] and 0 <= c < height.shape[1]:
+                found["height"][i, j] = min(max(float(height[r, c]) - z, -limit), limit)
+                found["todo"][i, j] = to_do[r, c]
+                found["walls"][i, j] = place.solid is not None and place.solid[r, c]
+    return found
+
+
+def overview(place, height, cell, squares, square, pose):
+    """Share of the soil to move, and of the goal, in squares of `square` m around the machine."""
+    x, y, heading = pose
+    result = np.zeros((2, squares, squares))
+    solid = np.zeros(height.shape, bool) if place.solid is None else place.solid
+    goal = place.goal & ~solid
+    excess = np.maximum(height - aim(place), 0) * ~goal * ~solid
+    for r, c in np.ndindex(height.shape):
+        dx, dy = (c + 0.5) * cell - x, (r + 0.5) * cell - y
+        i = floor(0.5 * squares - (dx * cos(heading) + dy * sin(heading)) / square)
+        j = floor(0.5 * squares + (dx * sin(heading) - dy * cos(heading)) / square)
+        i, j = (min(max(k, 0), squares - 1) for k in (i, j))
+        result[:, i, j] += excess[r, c] * cell**2 / place.soil, goal[r, c] / max(goal.sum(), 1)
+    return np.minimum(result, [[[4.0]], [[1.0]]])
+
+
+def site_map(place, height, goal_depth, limit):
+    """The channels of the map: height, what is to do, and walls if there can be any."""
+    channels = [np.clip(height, -1000, 1000), todo(place, height, goal_depth, limit)]
+    return np.stack(channels + ([] if place.solid is None else [place.solid])).astype(np.float32)

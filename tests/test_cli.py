@@ -53,6 +53,24 @@ def test_run_writes_figures_replay_and_animation(tmp_path, capsys):
     assert [line.split()[0] for line in table[1:5]] == ["episode", "1", "2", "mean"]
 
 
+def test_two_policies_are_written_side_by_side(tmp_path, capsys):
+    arguments = ["run", "--policy", "random,idle", "--steps", "4", "--seed", "5", "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"random", "idle", "side_by_side.html"}
+    summaries = [json.loads((tmp_path / name / "summary.json").read_text()) for name in ("random", "idle")]
+    assert [summary["policy"] for summary in summaries] == ["random", "idle"]
+    assert {summary["episodes"][0]["seed"] for summary in summaries} == {5}
+    assert capsys.readouterr().out.splitlines()[-1] == f"wrote {tmp_path / 'side_by_side.html'}"
+    assert main([*arguments, "--no-replay"]) == 0
+    assert not (tmp_path / "side_by_side.html").exists(), "an old page never lies beside other figures"
+
+
+@pytest.mark.parametrize("policies", ["idle,idle", "idle,random,adaptive_push"])
+def test_more_than_two_or_the_same_twice_are_refused(policies, tmp_path, capsys):
+    assert "two different ones" in refusal(["run", "--policy", policies, "--out", str(tmp_path / "new")], capsys)
+    assert not (tmp_path / "new").exists()
+
+
 def test_the_same_seed_writes_the_same_summary(tmp_path):
     for name in ("a", "b"):
         assert main(["run", *SHORT, "--no-replay", "--out", str(tmp_path / name)]) == 0

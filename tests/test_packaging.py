@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("build")
 
 ROOT = Path(__file__).resolve().parents[1]
-PLACES = {"dirt_env": "dirt_env", "baselines": "dirt_env/baselines", "configs": "dirt_env/configs"}
+PLACES = {name: f"dirt_env/{name}" for name in ("agents", "baselines", "configs")} | {"dirt_env": "dirt_env"}
 LITTER = ("__pycache__", "*.pyc", ".*")
 
 pytestmark = pytest.mark.slow

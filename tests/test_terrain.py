@@ -11,7 +11,8 @@ from dirt_env.config import load, scene_names
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
 from dirt_env.rollout import play
-from dirt_env.sim.voxel_state import GRAIN, volume
+from dirt_env.sim.voxel_state import FOOTINGS, GRAIN, volume
+from dirt_env.sim.voxel_surface import position_on_surface
 
 PUSH = np.array([0.1, 1.0, -0.3], np.float32)
 
@@ -58,6 +59,27 @@ def test_levels_are_higher_where_repose_is_steep():
 def test_what_is_not_known_is_refused(terrain):
     with pytest.raises(ValueError, match="terrain"):
         load("heap", terrain=terrain)
+
+
+@pytest.mark.parametrize("terrain", [{"required_difference": 1.0}, {"dy": 0.3}])
+def test_cells_whose_walls_never_fall_are_warned_of(terrain):
+    with pytest.warns(UserWarning, match=r"terrain.required_difference is 1\.\d\d: .* vertical walls never fall"):
+        load("heap", terrain={"kind": "voxel", **terrain})
+
+
+@pytest.mark.parametrize("footing", FOOTINGS)
+def test_what_the_agents_height_follows_is_a_reading_by_name(footing):
+    config = load("uneven", terrain={"kind": "voxel", "footing": footing})
+    assert FOOTINGS[config.terrain.rules_for(config.grid, config.soil).footing] == footing
+    env = DirtPushEnv(scene=config.to_dict())
+    env.reset(seed=0)
+    world, cell = env.episode.world, config.grid.cell
+    for _ in range(4):
+        pose = world.machine[0]
+        at_point, *_ = position_on_surface(world.surface, cell, pose.x, pose.y)
+        assert (pose.z == at_point) == (footing == "point")
+        env.step(np.array([0.0, 1.0, 1.0], np.float32))
+    assert load("heap", terrain="voxel").terrain.footing == "tracks"
 
 
 def test_states_pickles_and_copies_go_on_identically():
@@ -121,9 +143,9 @@ def test_cells_are_shown_of_cells_only():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scene", "level"), [("heap", 0), ("several_goals", None), ("uneven", None)])
-def test_adaptive_push_solves_the_papers_scenes_on_the_papers_cells(scene, level):
-    options = {"scene": scene, "terrain": "voxel", "observation": {"map": True}}
-    env = DirtPushEnv(**options, **({} if level is None else {"level": level}))
+@pytest.mark.parametrize("scene", ["heap", "several_starts", "several_goals", "uneven", "dig"])
+def test_adaptive_push_solves_the_papers_scenes_on_the_papers_cells(scene):
+    options = {"level": 0} if scene == "heap" else {}
+    env = DirtPushEnv(scene=scene, terrain="voxel", observation={"map": True}, **options)
     summary = play(env, load_policy("adaptive_push", env.config), 0, env.config.steps)
     assert summary["success"] == 1.0

@@ -9,9 +9,11 @@ import numpy as np
 from dirt_env.task.haul import haul_distance
 
 from .assign import assign
-from .parameters import Parameters
+from .drive import wrap
+from .parameters import Pushing
 from .route import Point, is_clear, way
 from .site import Site
+from .worth import Candidates, Worth
 
 MOST = 200  # cells looked at as the first of a push
 SLANTS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.2, -1.2, 1.5, -1.5)  # rad; off the straight line, where that is shut
@@ -27,7 +29,6 @@ class Push(NamedTuple):
     approach: Point
     heading: float
     way: list[Point]
-    volume: float  # m3 that lie on the way
 
     @property
     def aim(self) -> Point:
@@ -35,18 +36,11 @@ class Push(NamedTuple):
         return self.way[-1]
 
 
-class Candidates(NamedTuple):
-    """Pushes to choose from, one in a row; x, y in m."""
+def choose(site: Site, numbers: Pushing, failed: list[Point], worth: Worth, most: int = 1) -> list[Push]:
+    """The pushes that are worth most now, best first, at most `most`, away from where one has just `failed`.
 
-    first: np.ndarray  # [n, 2]
-    aim: np.ndarray  # [n, 2]
-    haul: np.ndarray  # [n] m to the goal
-    approach: np.ndarray  # [n, 2]
-    ahead: np.ndarray  # [n, 2] unit vectors of the headings at the start
-
-
-def choose(site: Site, numbers: Parameters, failed: list[Point]) -> Push | None:
-    """The push that is worth most now, away from where one has just `failed`; None if all is done."""
+    Only one of those that begin within half a blade's width of each other is in it; none are if all is done.
+    """
     places = destinations(site, numbers)
     excess = np.where(site.solid, 0.0, site.excess)
     share = 1.0
@@ -54,12 +48,22 @@ def choose(site: Site, numbers: Parameters, failed: list[Point]) -> Push | None:
         cells = np.nonzero(excess > share * numbers.min_height)
         found = candidates(site, numbers, places, cells, failed) if len(cells[0]) else None
         if found is not None:
-            return _best(site, numbers, found)
+            return [_push(site, numbers, found, i) for i in _apart(site, found, worth(site, numbers, found), most)]
         share *= 0.5
-    return None
+    return []
 
 
-def destinations(site: Site, numbers: Parameters) -> list[np.ndarray]:
+def _apart(site: Site, found: Candidates, worth: np.ndarray, most: int) -> list[int]:
+    """The best candidates, at most `most`, whose first soils are apart."""
+    chosen: list[int] = []
+    left = worth.copy()
+    while len(chosen) < most and (best := int(left.argmax())) not in chosen and np.isfinite(left[best]):
+        chosen.append(best)
+        left[np.hypot(*(found.first - found.first[best]).T) < 0.5 * site.blade.width] = -np.inf
+    return chosen
+
+
+def destinations(site: Site, numbers: Pushing) -> list[np.ndarray]:
     """Cells to aim at, bool [row, col], one mask for each goal; or the cells of a design where soil is missing."""
     places = [goal & (site.depth >= min(numbers.inset, 0.6 * site.depth[goal].max())) for goal in site.goals]
     if not places:
@@ -68,9 +72,7 @@ def destinations(site: Site, numbers: Parameters) -> list[np.ndarray]:
     return places
 
 
-def candidates(
-    site: Site, numbers: Parameters, places: list[np.ndarray], cells, failed: list[Point]
-) -> Candidates | None:
+def candidates(site: Site, numbers: Pushing, places: list[np.ndarray], cells, failed: list[Point]) -> Candidates | None:
     """Every push that can be begun from one of the `cells` (rows, columns), or from some if there are many; or None."""
     shut = site.gap < 0.5 * site.blade.width + numbers.clearance
     walls = shut if site.solid.any() else None
@@ -90,7 +92,7 @@ def candidates(
     return Candidates(*(part[good] for part in (first, aim, cost[some, goal], approach, ahead)))
 
 
-def _aims(site: Site, numbers: Parameters, places: list[np.ndarray], first: np.ndarray, goal: np.ndarray) -> np.ndarray:
+def _aims(site: Site, numbers: Pushing, places: list[np.ndarray], first: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Where each push ends, [n, 2]: the nearest cell of its goal's place, moved on towards the middle."""
     aim = np.empty_like(first)
     for index, place in enumerate(places):
@@ -131,7 +133,7 @@ def _balance(site: Site) -> tuple[float, float]:
     return (x1 - x0) / length, (y1 - y0) / length
 
 
-def _beside_walls(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray) -> np.ndarray:
+def _beside_walls(site: Site, numbers: Pushing, first: np.ndarray, aim: np.ndarray) -> np.ndarray:
     """Where the blade's middle begins each push [n, 2]: on the first soil, or so far beside it that it passes walls."""
     begin, open_way = first.copy(), np.zeros(len(first), bool)
     for share in ASIDE:
@@ -144,7 +146,7 @@ def _beside_walls(site: Site, numbers: Parameters, first: np.ndarray, aim: np.nd
     return begin
 
 
-def _is_open_lane(site: Site, numbers: Parameters, begin: np.ndarray, aim: np.ndarray) -> np.ndarray:
+def _is_open_lane(site: Site, numbers: Pushing, begin: np.ndarray, aim: np.ndarray) -> np.ndarray:
     """Whether the blade passes walls and the site's border from `begin` to `aim`, bool [n]."""
     length = np.maximum(np.hypot(*(aim - begin).T), 1e-9)
     unit = (aim - begin) / length[:, None]
@@ -163,7 +165,7 @@ def _is_open_lane(site: Site, numbers: Parameters, begin: np.ndarray, aim: np.nd
     return fits
 
 
-def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndarray):
+def _approaches(site: Site, numbers: Pushing, first: np.ndarray, aim: np.ndarray):
     """Start of each push: pivot [n, 2], heading [n, 2], whether it can turn there; straight behind if possible."""
     straight = np.arctan2(aim[:, 1] - first[:, 1], aim[:, 0] - first[:, 0])
     size, radius = np.array(site.extent), site.turning_radius
@@ -180,14 +182,8 @@ def _approaches(site: Site, numbers: Parameters, first: np.ndarray, aim: np.ndar
     return approach, ahead, good
 
 
-def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
-    """The candidate that is worth most."""
-    volume, behind = swept(site, found)
-    loads = volume / site.rated
-    worth = np.minimum(loads, 1.0) - numbers.overload * np.maximum(loads - 1.0, 0.0)
-    worth -= numbers.perch * behind / site.rated
-    worth += numbers.tail * found.haul - numbers.travel * _time_there(site, found)
-    i = int(worth.argmax())
+def _push(site: Site, numbers: Pushing, found: Candidates, i: int) -> Push:
+    """The i-th candidate with its way."""
     first, approach, aim = (tuple(map(float, part[i])) for part in (found.first, found.approach, found.aim))
     shut = site.gap < 0.5 * site.blade.width + numbers.clearance
     points = (way(shut, site.grid.cell, first, aim) if site.solid.any() else None) or [aim]
@@ -196,10 +192,10 @@ def _best(site: Site, numbers: Parameters, found: Candidates) -> Push:
     if len(points) > 1 and is_clear(shut, site.grid.cell, approach, points[0]):
         heading = atan2(points[0][1] - approach[1], points[0][0] - approach[0])
     leg = _leg_along_border(site, numbers, first, points[0]) if site.walled else []
-    return Push(first, approach, heading, [first, *leg, *points], float(volume[i]))
+    return Push(first, approach, heading, [first, *leg, *points])
 
 
-def _leg_along_border(site: Site, numbers: Parameters, begin: Point, aim: Point) -> list[Point]:
+def _leg_along_border(site: Site, numbers: Pushing, begin: Point, aim: Point) -> list[Point]:
     """Where a push that begins beside the border leaves it: past the soil along it, which a straight one misses."""
     (x, y), (east, north), reach = begin, site.extent, site.blade.width
     borders = (x, site.x), (east - x, east - site.x), (y, site.y), (north - y, north - site.y)
@@ -220,23 +216,8 @@ def _leg_along_border(site: Site, numbers: Parameters, begin: Point, aim: Point)
 def _bend(first: Point, points: list[Point]) -> int:
     """How many way points there are up to the first sharp bend: soil is pushed round that in two goes."""
     course = [atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise([first, *points])]
-    turns = [abs(_wrap(b - a)) > BEND for a, b in pairwise(course)]
+    turns = [abs(wrap(b - a)) > BEND for a, b in pairwise(course)]
     return turns.index(True) + 1 if True in turns else len(points)
-
-
-def swept(site: Site, found: Candidates) -> tuple[np.ndarray, np.ndarray]:
-    """Soil to move [m3] before the blade on its straight way to the aim, and behind it; [n] each."""
-    r, c = np.nonzero(site.excess > 0.01)
-    x, y, soil = site.x[r, c], site.y[r, c], site.excess[r, c] * site.grid.cell**2
-    way = found.aim - found.first
-    length = np.maximum(np.hypot(*way.T), 1e-9)
-    east, north = (way / length[:, None]).T[:, :, None]
-    dx, dy = x[None] - found.first[:, :1], y[None] - found.first[:, 1:]
-    along, across = dx * east + dy * north, dy * east - dx * north
-    behind = np.hypot(*(found.approach - found.first).T)[:, None] + 0.5 * site.machine.length
-    lane = np.abs(across) <= 0.5 * site.blade.width
-    before = lane & (along >= -site.grid.cell) & (along <= length[:, None])
-    return before @ soil, (lane & (along < -site.grid.cell) & (along > -behind)) @ soil
 
 
 def layer(site: Site, push: Push, most: float) -> float:
@@ -252,23 +233,6 @@ def layer(site: Site, push: Push, most: float) -> float:
     above = np.cumsum(soil) - np.arange(1, len(soil) + 1) * soil
     i = int(np.searchsorted(above, most))
     return float((soil[:i].sum() - most) / max(i, 1)) / site.grid.cell**2
-
-
-def _time_there(site: Site, found: Candidates) -> np.ndarray:
-    """Seconds of turning and driving to each start, forward or in reverse, [n]."""
-    pose, machine = site.pose, site.machine
-    dx, dy = (found.approach - (pose["x"], pose["y"])).T
-    far = np.hypot(dx, dy)
-    course, end = np.arctan2(dy, dx), np.arctan2(found.ahead[:, 1], found.ahead[:, 0])
-    turns = [
-        np.abs(_wrap(course + reverse - pose["heading"])) + np.abs(_wrap(end - course - reverse))
-        for reverse in (0.0, np.pi)
-    ]
-    return far / machine.speed + np.minimum(*turns) / machine.yaw_rate
-
-
-def _wrap(angle: np.ndarray) -> np.ndarray:
-    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def distance(a: Point, b: Point) -> float:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .parameters import Parameters
+from .parameters import Pushing
 from .site import Site
 
 STATIONS = 5  # of the ground along the tracks; three across
@@ -38,7 +38,7 @@ def strip_ahead(site: Site, way: float) -> Strip:
     return Strip(rows + r0, cols + c0, ahead[rows, cols], left[rows, cols])
 
 
-def edge_for(site: Site, numbers: Parameters, way: float, rise: float, before: np.ndarray) -> tuple[float, float]:
+def edge_for(site: Site, numbers: Pushing, way: float, rise: float, before: np.ndarray) -> tuple[float, float]:
     """Height over the tracks [m] to ask for in a step of `way` m, and how far from it the edge is then [m].
 
     The edge is to go along the target, `rise` m over it, but not over the soil to move that was there `before`
@@ -60,7 +60,7 @@ def edge_for(site: Site, numbers: Parameters, way: float, rise: float, before: n
     return float(asked[best]), float(np.abs(wanted - held - edge).max())
 
 
-def _levels(site: Site, numbers: Parameters, strip: Strip, way: float, rise: float, before: np.ndarray) -> np.ndarray:
+def _levels(site: Site, numbers: Pushing, strip: Strip, way: float, rise: float, before: np.ndarray) -> np.ndarray:
     """Height of the edge over the datum that is wanted at each look [LOOKS] m: between the targets' mean and lowest."""
     target = site.target[strip.rows, strip.cols]
     look = np.minimum((strip.ahead / way * LOOKS).astype(int), LOOKS - 1)

@@ -1,4 +1,4 @@
-"""Every number of the adaptive push, with its unit, its tuned default and the range it may be tuned in."""
+"""Every number of the behaviours that push, with its unit, its tuned default and the range it may be tuned in."""
 
 from dataclasses import Field, dataclass, field, fields
 from math import isfinite
@@ -10,20 +10,16 @@ def _number(default: float, least: float, most: float) -> float:
 
 
 @dataclass(frozen=True)
-class Parameters:
-    """Lengths in m, times in s, angles in rad, volumes in loads: 1 is the rated 0.8 width height^2 of the blade."""
+class Pushing:
+    """What behaviours that push have in common.
+
+    Lengths in m, times in s, angles in rad, volumes in loads: 1 is the rated 0.8 width height^2 of the blade.
+    """
 
     # SELECT
     min_height: float = _number(0.06, 0.01, 0.3)  # soil lower than this above the target is left where it is
-    tail: float = _number(
-        0.2, -1.0, 1.0
-    )  # worth of a push for every metre that its first soil lies from the goal, loads
-    overload: float = _number(0.0, 0.0, 2.0)  # what a load more than one on the push's way takes from its worth
     perch: float = _number(1.16, 0.0, 2.0)  # what a load under and behind the machine at its start takes from its worth
-    least_gain: float = _number(
-        0.5, 0.0, 5.0
-    )  # a push that brought less, loads times m, is not begun again for a while
-    travel: float = _number(0.058, 0.0, 0.2)  # what a second on the way to the push takes from its worth, loads
+    least_gain: float = _number(0.5, 0.0, 5.0)  # a push that brought less, loads m, is not begun again for a while
     inset: float = _number(2.0, 0.0, 4.0)  # how far inside the goal a push is aimed
     centre: float = _number(0.282, 0.0, 1.0)  # 0 aims at the goal's nearest point, 1 at its centre
     back_off: float = _number(2.6, 1.6, 5.0)  # from the first soil back to the pivot at the start of a push
@@ -68,6 +64,48 @@ class Parameters:
                 raise ValueError(f"{entry.name} is {value:g}; allowed: {least:g} to {most:g}")
 
 
+@dataclass(frozen=True)
+class Parameters(Pushing):
+    """Those of the adaptive push: how it values a push."""
+
+    tail: float = _number(0.2, -1.0, 1.0)  # worth of a push for every metre that its first soil is from the goal, loads
+    overload: float = _number(0.0, 0.0, 2.0)  # what a load more than one on the push's way takes from its worth
+    travel: float = _number(0.058, 0.0, 0.2)  # what a second on the way to the push takes from its worth, loads
+
+
+@dataclass(frozen=True)
+class GreedyParameters(Pushing):
+    """Those of the greedy behaviour: what it takes a push to bring and to cost, and its own ways of pushing."""
+
+    carried: float = _number(1.5, 0.3, 6.0)  # most loads that a push is taken to bring
+    overhead: float = _number(4.0, 0.0, 30.0)  # s for lowering, lifting and backing off
+    pace: float = _number(0.7, 0.1, 1.0)  # share of the top speed at which it is taken to push
+    far: float = _number(0.0, 0.0, 1.0)  # by how much a push is worth more for every metre from the goal, share
+
+    # As above, tuned anew.
+    inset: float = _number(1.904, 0.0, 4.0)
+    full: float = _number(0.924, 0.3, 3.0)
+    gather_ahead: float = _number(2.632, 0.5, 8.0)
+    clearance: float = _number(0.141, 0.0, 1.0)
+    align_limit: float = _number(7.518, 2.0, 30.0)
+    gather: float = _number(0.358, 0.0, 1.5)
+    back_off: float = _number(2.397, 1.6, 5.0)
+    raise_gain: float = _number(0.153, 0.0, 0.5)
+    grading_speed: float = _number(0.434, 0.1, 1.0)
+    push_limit: float = _number(37.018, 5.0, 240.0)
+    centre: float = _number(0.269, 0.0, 1.0)
+    shave: float = _number(0.465, 0.0, 1.0)
+    least_gain: float = _number(0.0, 0.0, 5.0)
+
+
 def range_of(entry: Field) -> tuple[float, float]:
     """Least and largest value of a parameter."""
     return entry.metadata["range"]
+
+
+ON_CELLS = Parameters(shave=0.7)  # a step at the rim of a pit stands there, and no later push gets hold of it
+
+
+def numbers_for(terrain: str) -> Parameters:
+    """The numbers for a kind of terrain."""
+    return ON_CELLS if terrain == "voxel" else Parameters()

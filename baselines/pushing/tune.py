@@ -1,6 +1,6 @@
-"""Random search for the numbers of the adaptive push: `python -m dirt_env.baselines.pushing.tune --trials 60`.
+"""Random search for the numbers of a behaviour: `python -m dirt_env.baselines.pushing.tune --policy greedy`.
 
-Trains on the layouts of seeds 0 to 999 only; figures are reported on seeds from 10000.
+Plays on training layouts only (see `dirt_env.split`).
 """
 
 import argparse
@@ -9,12 +9,13 @@ from dataclasses import asdict, fields, replace
 
 import numpy as np
 
+from dirt_env.config import load
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
+from dirt_env.split import training_seeds
 
-from .parameters import Parameters, range_of
+from .parameters import Pushing, range_of
 
-TRAINING_SEEDS = 1000
 JOBS = ({"level": 1}, {"level": 3}, {"level": 5}, {"scene": "dig"}, {"scene": "posts"}, {"scene": "several_goals"})
 SPREAD = 0.12  # of a number's range; how far a trial goes from the best so far
 CHANGED = 4  # numbers that a trial changes
@@ -34,9 +35,9 @@ def cost(env: DirtPushEnv, policy, seed: int) -> float:
     return left / steps
 
 
-def trial(best: Parameters, generator: np.random.Generator) -> Parameters:
+def trial(best: Pushing, generator: np.random.Generator) -> Pushing:
     """The best so far with a few numbers changed."""
-    entries = fields(Parameters)
+    entries = fields(best)
     changes = {}
     for i in generator.choice(len(entries), CHANGED, replace=False):
         least, most = range_of(entries[i])
@@ -45,14 +46,14 @@ def trial(best: Parameters, generator: np.random.Generator) -> Parameters:
     return replace(best, **changes)
 
 
-def search(trials: int, episodes: int, seed: int, say=sys.stdout.write) -> Parameters:
+def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: str = "adaptive_push") -> Pushing:
     """The best of some trials; every job is played on the same training layouts each time."""
     generator = np.random.default_rng(seed)
-    seeds = [int(s) for s in generator.choice(TRAINING_SEEDS, episodes, replace=False)]
+    seeds = training_seeds(generator, episodes)
     envs = [DirtPushEnv(observation={"map": True}, **job) for job in JOBS]
-    policies = [load_policy("adaptive_push", env.config) for env in envs]
+    policies = [load_policy(policy, env.config) for env in envs]
 
-    def total(numbers: Parameters) -> float:
+    def total(numbers: Pushing) -> float:
         costs = []
         for env, policy in zip(envs, policies, strict=True):
             policy.parameters = numbers
@@ -60,7 +61,7 @@ def search(trials: int, episodes: int, seed: int, say=sys.stdout.write) -> Param
             costs.append(np.mean([cost(env, policy, s) for s in played]))
         return float(np.mean(costs))
 
-    best = Parameters()
+    best = policies[0].parameters
     least = total(best)
     say(f"as it is: {least:.4f}\n")
     for i in range(trials):
@@ -75,12 +76,14 @@ def search(trials: int, episodes: int, seed: int, say=sys.stdout.write) -> Param
 
 def main() -> None:
     """Search, and say which defaults to write into `parameters.py`."""
-    parser = argparse.ArgumentParser("tune", description="Random search for the numbers of the adaptive push.")
+    parser = argparse.ArgumentParser("tune", description="Random search for the numbers of a behaviour.")
+    parser.add_argument("--policy", choices=("adaptive_push", "greedy"), default="adaptive_push")
     parser.add_argument("--trials", type=int, default=60)
     parser.add_argument("--episodes", type=int, default=6, help="layouts of each random job")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    found, before = asdict(search(options.trials, options.episodes, options.seed)), asdict(Parameters())
+    before = asdict(load_policy(options.policy, load()).parameters)
+    found = asdict(search(options.trials, options.episodes, options.seed, policy=options.policy))
     for name, value in found.items():
         if value != before[name]:
             sys.stdout.write(f"{name} = {value:g} (was {before[name]:g})\n")

@@ -1,6 +1,7 @@
 """`python -m dirt_env.bench.paper --out DIR`: the paper's cells against the height field, in figures and one picture.
 
-A column that collapses against the exact cone; time of an update; slopes at rest and limit cycles. Needs matplotlib.
+A column that collapses against the exact cone; time of an update; slopes at rest; limit cycles; adaptive push in the
+paper's scenes. Needs matplotlib.
 """
 
 import argparse
@@ -13,6 +14,9 @@ from time import process_time
 
 import numpy as np
 
+from dirt_env.env import DirtPushEnv
+from dirt_env.policy import load_policy
+from dirt_env.rollout import play
 from dirt_env.sim.advance import settle
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.state import make_world
@@ -21,6 +25,7 @@ from dirt_env.sim.voxel_state import Rules, Voxels, make_voxels
 
 SIDE, CELL, TOWER, HIGH = 64, 0.5, 7, 14.0  # cells, m, cells, m
 REPEATS = 7
+SCENES = {"heap": {"level": 0}, "several_starts": {}, "several_goals": {}, "uneven": {}, "dig": {}}
 PATIENCE = 20000  # updates after which a ground counts as never at rest
 
 
@@ -107,9 +112,21 @@ def update_times() -> list[dict]:
         voxels.active[:] = 20, 26, 30, 31
         return lambda: update(voxels, rules, 100)
 
+    def other_reading():
+        voxels = make_voxels(ground, grid, 1.0, 0.0, 32)
+        update(voxels, rules, PATIENCE)
+        readings = rules._replace(rise_into_constraint=True)
+
+        def run():
+            for _ in range(100):
+                voxels.active[:] = 1, SIDE + 1, 1, SIDE + 1  # at rest it would stop
+                update(voxels, readings, 1)
+
+        return run
+
     cells = SIDE * SIDE * 32 * 100
-    names = ("every cell of a settled grid", "a blade of 6 columns on it")
-    makers = zip(names, (all_cells, part), strict=True)
+    names = ("every cell of a settled grid", "a blade of 6 columns on it", "every cell, with another reading")
+    makers = zip(names, (all_cells, part, other_reading), strict=True)
     return [{"what": name, "ns": 1e9 * seconds(make) / cells} for name, make in makers]
 
 
@@ -126,15 +143,34 @@ def slopes() -> list[dict]:
 
 
 def limit_cycles() -> list[dict]:
-    """Whether a rough ground ever comes to rest, for rates in units of the required difference."""
+    """Whether ground of about equally full cells comes to rest, for rates in units of the required difference."""
     found = []
-    for difference in (0.01, 0.02, 0.05):
-        for ratio in (1, 2, 3, 4, 5, 6, 8):
-            rough = np.random.default_rng(1).uniform(0.4, 1.0, (24, 24))
-            voxels = make_voxels(rough, Grid(24, 24, 1.0), 1.0, 0.0, 2)
-            done = update(voxels, Rules(difference, ratio * difference), PATIENCE)
-            found.append({"difference": difference, "ratio": ratio, "at_rest": done < PATIENCE})
+    for difference in (0.01, 0.03):
+        for fill in (0.1, 0.15, 0.25, 0.4, 0.6, 0.8, 0.95):
+            for share in (0.6, 0.75, 0.9, 1.05, 1.2, 1.4, 1.7, 2.0):  # of difference / fill
+                ratio = share / fill
+                if ratio * difference > 1.0:
+                    continue
+                rough = np.random.default_rng(1).uniform(fill - 0.05, fill + 0.05, (16, 16))
+                voxels = make_voxels(rough, Grid(16, 16, 1.0), 1.0, 0.0, 2)
+                done = update(voxels, Rules(difference, ratio * difference), PATIENCE)
+                found.append({"difference": difference, "fill": fill, "ratio": ratio, "at_rest": done < PATIENCE})
     return found
+
+
+def scenes() -> list[dict]:
+    """Adaptive push on both terrains, and with the other readings of the agent's height: share in the goal, seconds."""
+    terrains = {"height field": "heightfield", "cells": "voxel"}
+    terrains |= {f'cells, footing "{name}"': {"kind": "voxel", "footing": name} for name in ("heap", "point")}
+    rows = []
+    for scene, options in SCENES.items():
+        row: dict = {"scene": scene}
+        for name, terrain in terrains.items():
+            env = DirtPushEnv(scene=scene, terrain=terrain, observation={"map": True}, **options)
+            figures = play(env, load_policy("adaptive_push", env.config), 0, env.config.steps)
+            row[name] = {key: figures[key] for key in ("share_in_goal", "time_s", "is_success")}
+        rows.append(row)
+    return rows
 
 
 def draw(results: dict, path: Path) -> None:
@@ -152,22 +188,36 @@ def draw(results: dict, path: Path) -> None:
     left.plot(r, np.full_like(r, tan(radians(35.0))), ":", color="gray", label="repose 35°")
     left.set(xlabel="required difference r", ylabel="slope [dy/dx]", title="Slopes of a collapsed column")
     left.legend()
-    for at_rest, marker, label in ((True, "o", "comes to rest"), (False, "x", f"not in {PATIENCE} updates")):
+    for at_rest, marker, color, label in (
+        (True, "o", "#1b6ec4", "comes to rest"),
+        (False, "x", "#c4581b", f"not in {PATIENCE} updates"),
+    ):
         rows = [row for row in results["limit_cycles"] if row["at_rest"] == at_rest]
-        places = [row["ratio"] for row in rows], [row["difference"] for row in rows]
-        right.plot(*places, marker, color="#1b6ec4", ms=8, label=label)
-    right.set(xlabel="transfer rate / r", ylabel="required difference r", title="Limit cycles on rough ground")
-    right.legend(loc="center")
+        right.plot([row["fill"] for row in rows], [row["ratio"] for row in rows], marker, color=color, label=label)
+    fill = np.linspace(0.08, 1.0, 100)
+    right.plot(fill, 1.0 / fill, "k-", lw=1, label="rate = r / fill")
+    right.axhline(4.0, color="gray", ls=":", label="rate = 4 r")
+    right.set(xlabel="mean fill of the cells", ylabel="transfer rate / r", title="Limit cycles", yscale="log")
+    right.legend()
     figure.savefig(path, dpi=110)
 
 
 def table(results: dict) -> str:
     """The figures as Markdown."""
+    names = [name for name in results["scenes"][0] if name != "scene"]
     lines = ["| column collapse, 64 x 64 | relative L1 error | time, ms |", "|---|---|---|"]
     lines += [f"| {row['terrain']} | {100 * row['error']:.2f} % | {row['ms']:.1f} |" for row in results["collapse"]]
-    lines += ["", "| one update of 64 x 64 x 32 cells | ns a cell |", "|---|---|"]
+    lines += ["", "| one update of 64 x 64 x 32 cells | ns a cell of the grid |", "|---|---|"]
     lines += [f"| {row['what']} | {row['ns']:.3f} |" for row in results["updates"]]
+    lines += ["", f"| adaptive push | {' | '.join(names)} |", "|---|" + "---|" * len(names)]
+    lines += [f"| {row['scene']} | {' | '.join(outcome(row[name]) for name in names)} |" for row in results["scenes"]]
     return "\n".join(lines)
+
+
+def outcome(figures: dict) -> str:
+    """Share in the goal and time of an episode, as words."""
+    share, time = 100 * figures["share_in_goal"], figures["time_s"]
+    return f"{share:.1f} %, {time:.0f} s" if figures["is_success"] else f"{share:.1f} % after {time:.0f} s: not done"
 
 
 def main() -> None:
@@ -177,6 +227,7 @@ def main() -> None:
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     results = {"collapse": collapse(), "updates": update_times(), "slopes": slopes(), "limit_cycles": limit_cycles()}
+    results["scenes"] = scenes()
     (out / "paper.json").write_text(json.dumps(results, indent=1) + "\n")
     draw(results, out / "paper.png")
     sys.stdout.write(table(results) + "\n")

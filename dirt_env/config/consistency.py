@@ -7,6 +7,7 @@ import numpy as np
 
 from dirt_env.config.episode import layout, plan
 from dirt_env.config.scene import SceneConfig
+from dirt_env.config.terrain import HeightField
 from dirt_env.scene import fixed
 from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.survey import HeightFile
@@ -18,10 +19,13 @@ SECONDS_PER_M3 = 20.0  # a fair machine's pace, for jobs that name no time
 
 
 def check(config: SceneConfig) -> None:
-    """Errors for tables that do not go together; a warning for a goal without room and for ground that will slump."""
+    """Errors for tables that do not go together; warnings for a goal without room, ground that will slump, cells that
+    will not.
+    """
     _check_site(config)
     _check_machine(config)
     _check_ground(config)
+    _check_cells(config)
     if config.layout is not None:
         _check_random(config)
     else:
@@ -92,6 +96,18 @@ def _check_ground(config: SceneConfig) -> None:
         warnings.warn(
             f"the ground is steeper than its soil's repose ({slope:.2f}) at {steep} of {found.size} cell faces, "
             f"at most {found.max():.3g}: there it will slump; a larger soil.repose keeps it",
+            stacklevel=4,
+        )
+
+
+def _check_cells(config: SceneConfig) -> None:
+    if isinstance(config.terrain, HeightField):
+        return
+    difference = config.terrain.rules_for(config.grid, config.soil).difference
+    if difference >= 1.0:
+        warnings.warn(
+            f"terrain.required_difference is {difference:.2f}: from 1 on a full cell beside an empty one stays, so "
+            "vertical walls never fall; a smaller one lets them, as do higher levels (terrain.dy)",
             stacklevel=4,
         )
 

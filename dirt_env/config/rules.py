@@ -130,6 +130,18 @@ class Choice(Rule):
 
 
 @dataclass(frozen=True)
+class Several(Rule):
+    """A list of different words, at least one."""
+
+    choice: Choice
+
+    def read(self, value, key, folder):
+        if not isinstance(value, list | tuple) or not value or len(set(map(repr, value))) < len(value):
+            raise refuse(key, value, f"a list of different ones of {self.choice.allowed()}")
+        return tuple(self.choice.read(word, f"{key}[{i}]", folder) for i, word in enumerate(value))
+
+
+@dataclass(frozen=True)
 class Either(Rule):
     """A word, or something else under a rule."""
 

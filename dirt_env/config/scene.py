@@ -58,6 +58,11 @@ class SceneConfig:
         return bool(self.obstacles) or getattr(self.ground, "nodata", None) == "wall"
 
     @property
+    def channels(self) -> tuple[str, ...]:
+        """The patch's channels: those that are asked for, else height and what is to do, and walls where can be any."""
+        return self.observation.channels or (("height", "todo", "walls") if self.has_walls else ("height", "todo"))
+
+    @property
     def setting(self) -> Setting:
         """What a layout has to suit."""
         return Setting(self.grid, self.soil.slope, self.blade, self.machine)

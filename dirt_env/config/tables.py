@@ -17,6 +17,7 @@ from dirt_env.config.rules import (
     Number,
     Points,
     Rule,
+    Several,
     Span,
     Table,
     Text,
@@ -31,7 +32,8 @@ from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
 from dirt_env.sim.params import Blade, Machine, Soil
-from dirt_env.sim.voxel_state import LARGEST_LIFE
+from dirt_env.sim.voxel_state import FOOTINGS, LARGEST_LIFE
+from dirt_env.task.patch import CHANNELS
 
 
 @dataclass(frozen=True)
@@ -56,12 +58,14 @@ class Task:
 class Observation:
     """What the machine sees: patches of `size` x `size` pixels of `resolution` m, the share `ahead` of it in front.
 
-    Heights in them end at `height_limit` m either way; `overview` and `map` add pictures of the whole site.
+    `channels` of them (None: what the scene can have); heights in them end at `height_limit` m either way; `overview`
+    and `map` add pictures of the whole site.
     """
 
     size: int = 32
     resolution: float | None = None
     ahead: float = 0.7
+    channels: tuple[str, ...] | None = None
     height_limit: float = 4.0
     overview: bool = False
     map: bool = False
@@ -248,6 +252,7 @@ OBSERVATION = Table(
         "size": Number(4, 512, "pixels", whole=True),
         "resolution": METRES,
         "ahead": Number(0, 1),
+        "channels": Several(Choice(CHANNELS)),
         "height_limit": LENGTH,
         "overview": Flag(),
         "map": Flag(),
@@ -274,6 +279,7 @@ TERRAIN = Named(
                 "reads": Choice(("snapshot", "in place")),
                 "sinking": Choice(("at once", "in transit")),
                 "rise_into_constraint": Flag(),
+                "footing": Choice(FOOTINGS),
             },
         ),
     },

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from dirt_env.sim.params import Grid, Soil
-from dirt_env.sim.voxel_state import GRAIN, Rules
+from dirt_env.sim.voxel_state import FOOTINGS, GRAIN, Rules
 
 STEEPEST = 0.75  # required difference beyond which levels are made higher, where nobody says how high
 
@@ -37,6 +37,7 @@ class VoxelGrid:
     reads: str = "snapshot"
     sinking: str = "at once"
     rise_into_constraint: bool = False
+    footing: str = "tracks"
 
     def dy_for(self, grid: Grid, soil: Soil) -> float:
         """Height of a level [m]: as cells are wide, or as much higher as keeps the required difference under 3/4."""
@@ -54,6 +55,7 @@ class VoxelGrid:
             in_place=self.reads == "in place",
             down_in_transit=self.sinking == "in transit",
             rise_into_constraint=self.rise_into_constraint,
+            footing=FOOTINGS.index(self.footing),
         )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dirt_env.render.atomic import write_atomically
+from dirt_env.render.cell_track import Cells
 from dirt_env.render.film import gif
 from dirt_env.render.page import build_page
 from dirt_env.render.track import DESIGN, GOAL, POSE_FIELDS, SOLID, START, Track
@@ -52,15 +53,25 @@ class Recorder:
         self.tracks.append(Track(label, self.cell * self._coarser, mask, _mean(target, self._coarser)))
         self._count = 0
 
-    def add(self, height: np.ndarray, pose: np.void, time_s: float, stats: Mapping[str, float]) -> None:
+    def add(
+        self,
+        height: np.ndarray,
+        pose: np.void,
+        time_s: float,
+        stats: Mapping[str, float],
+        cells: Cells | None = None,
+    ) -> None:
         """One moment: height f4[rows, cols] m, the machine's record, time since the start, statistics by name.
 
         Names may carry their unit (`volume_moved_m3`, `work_kj`); `share_in_goal` is drawn as a curve.
+        Where `cells` are given, at every moment of an episode, the replay shows them at a switch.
         """
         if not self.tracks:
             raise RuntimeError("nothing is being recorded: call begin first")
         values = np.array([pose[name] for name in POSE_FIELDS], np.float32)
-        moment = (_mean(height, self._coarser), values, time_s, dict(stats))
+        if cells is not None:
+            cells = cells._replace(fill=_mean(cells.fill, self._coarser))
+        moment = (_mean(height, self._coarser), values, time_s, dict(stats), cells)
         self._late = None
         if self._count % self.every == 0:
             self.tracks[-1].add(*moment)
@@ -76,14 +87,17 @@ class Recorder:
 
     def write_html(self, path: str | PathLike[str]) -> None:
         """Write the 3-D replay, one file that needs nothing else."""
-        replay = {
+        write_atomically(Path(path), build_page(self.as_json()).encode("utf-8", "replace"))
+
+    def as_json(self) -> dict[str, object]:
+        """What a page is built from, as JSON values; RuntimeError if nothing was recorded."""
+        return {
             "title": self.title,
             "description": self.description,
             "blade": self.blade._asdict(),
             "machine": self.machine._asdict(),
             "episodes": [track.as_json() for track in self._recorded()],
         }
-        write_atomically(Path(path), build_page(replay).encode("utf-8", "replace"))
 
     def write_gif(
         self, path: str | PathLike[str], seconds: float = 12.0, fps: float = 12.5, width_px: int = 440, episode: int = 0
@@ -107,10 +121,10 @@ class Recorder:
 
 
 def _blocks(values: np.ndarray, cells: int) -> np.ndarray:
-    """Views of `cells` x `cells` blocks [rows, cells, cols, cells]; the northern and eastern edge are held."""
-    pad = [(0, -side % cells) for side in values.shape]
+    """Views of `cells` x `cells` blocks [rows, cells, cols, cells, ...]; the northern and eastern edge are held."""
+    pad = [(0, -side % cells) for side in values.shape[:2]] + [(0, 0)] * (values.ndim - 2)
     padded = np.pad(values, pad, mode="edge")
-    return padded.reshape(padded.shape[0] // cells, cells, padded.shape[1] // cells, cells)
+    return padded.reshape(padded.shape[0] // cells, cells, padded.shape[1] // cells, cells, *values.shape[2:])
 
 
 def _mean(values: np.ndarray, cells: int) -> np.ndarray:

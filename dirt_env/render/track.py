@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dirt_env.render.cell_track import PER_FILL, Cells, CellTrack
+
 UNIT = 0.001  # m
 POSE_FIELDS = ("x", "y", "heading", "z", "pitch", "roll", "edge", "speed", "yaw_rate", "load")
 START, GOAL, DESIGN, SOLID = 1, 2, 4, 8  # bits of the mask
@@ -31,6 +33,7 @@ class Track:
     def __init__(self, label: str, cell: float, mask: np.ndarray, target: np.ndarray):
         self.label, self.cell, self.mask, self.target = label, cell, mask, quantised(target)
         self._last: np.ndarray | None = None
+        self._cells: CellTrack | None = None
         self._packer = zlib.compressobj(6)
         self._packed = bytearray()
         self._poses: list[np.ndarray] = []
@@ -40,16 +43,32 @@ class Track:
     def __len__(self) -> int:
         return len(self._times)
 
-    def add(self, height: np.ndarray, pose: np.ndarray, time_s: float, stats: Mapping[str, float]) -> None:
-        """Append height f[rows, cols] m, pose f[10] in the order of POSE_FIELDS, and statistics."""
+    def add(
+        self,
+        height: np.ndarray,
+        pose: np.ndarray,
+        time_s: float,
+        stats: Mapping[str, float],
+        cells: Cells | None = None,
+    ) -> None:
+        """Append height f[rows, cols] m, pose f[10] in the order of POSE_FIELDS, statistics; cells always or never."""
         if height.shape != self.mask.shape:
             raise ValueError(
                 f"height has shape {height.shape}; allowed: {self.mask.shape}, as the masks of its episode"
             )
+        self._add_cells(cells)
         self._packed += self._packer.compress(self._change(quantised(height)))
         self._poses.append(np.asarray(pose, np.float32))
         self._times.append(float(time_s))
         self._stats.append({name: float(value) for name, value in stats.items()})
+
+    def _add_cells(self, cells: Cells | None) -> None:
+        if (cells is not None) != (self._cells is not None) and len(self):
+            raise ValueError("cells are given at some moments only; allowed: at every moment of an episode, or at none")
+        if self._cells is not None:
+            self._cells.add(cells.fill)
+        elif cells is not None:
+            self._cells = CellTrack(cells)
 
     def _change(self, now: np.ndarray) -> bytes:
         if self._last is None:
@@ -94,7 +113,18 @@ class Track:
             "times": _columns(np.array(self._times, "<f4").reshape(len(self), 1)),
             "stat_names": names,
             "stats": _columns(table.reshape(len(self), len(names))),
+            **({} if self._cells is None else {"cells": _described(self._cells)}),
         }
+
+
+def _described(cells: CellTrack) -> dict[str, object]:
+    return {
+        "bottom": cells.bottom,
+        "dy": cells.dy,
+        "levels": cells.levels,
+        "per_fill": PER_FILL,
+        "fills": _base64(cells.fills()),
+    }
 
 
 def quantised(height: np.ndarray) -> np.ndarray:

@@ -2,14 +2,22 @@
 
 import numpy as np
 
-from dirt_env.sim.blade import Line, box_around, highest, line_of, load_ahead, scrape
+from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
-from dirt_env.sim.laws import push_work
+from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
-from dirt_env.sim.slump import limits, relax, settle_window, widen
+from dirt_env.sim.projection import project
+from dirt_env.sim.slump import at_rest, limits, settle_window
 from dirt_env.sim.state import TALLY, World
+from dirt_env.sim.super_steps import is_settled, settle_long, subside
 from dirt_env.sim.timestep import substeps
+from dirt_env.sim.window import on_map, widen, within
+
+METHODS = ("auto", "explicit", "super", "projection")
+FEW = 24  # sweeps after which `auto` goes on by super-steps
+FINISH = 200.0  # pseudo-time that a projection counts as having taken, for what is left to settle after it
+PATIENCE = 50  # stages for each row and column after which plain sweeps, which always end, take over
 
 
 @kernel
@@ -33,10 +41,15 @@ def measure_load(height, solid, pose, cell, soil, blade):
 
 @kernel
 def work_of_way(height, solid, pose, cell, soil, blade, way):
-    """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J]."""
+    """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J].
+
+    Going forward, that soil is the load, and goes into the machine's record.
+    """
     plane = pose.z + pose.pitch * blade.reach
     side = 1 if way > 0 else -1
     load, pushed = load_ahead(height, solid, blade_line(pose, blade), cell, soil.slope, plane, side)
+    if side > 0:
+        pose.load = load
     return push_work(load, soil.density, soil.friction, way) if pushed else 0.0
 
 
@@ -47,19 +60,23 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps.
     Returns whether the blade touches soil.
     """
-    a0, a1, a2, a3 = box_around(old, cell)
-    b0, b1, b2, b3 = box_around(new, cell)
-    box = (min(a0, b0) - 1, max(a1, b1) + 1, min(a2, b2) - 1, max(a3, b3) + 1)
+    box = cells_between(old, new, cell)
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = highest(height, box) > lowest
     if touches:
-        _, _, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
-        scrape(height, solid, outside, old, new, cell, lock, totals)
-        rows, cols = height.shape
-        r0, r1 = min(max(box[0], 0), rows - 1), max(min(box[1], rows), 1)
-        c0, c1 = min(max(box[2], 0), cols - 1), max(min(box[3], cols), 1)
-        widen(pending, r0, max(r1, r0 + 1), c0, max(c1, c0 + 1))
-    sweeps, lost = relax(
+        _, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
+        moved = scrape(height, solid, outside, old, new, cell, lock, totals)
+        grown = 1 if moved else 0  # soil is put down in cells next to those that gave it
+        box = (box[0] - grown, box[1] + grown, box[2] - grown, box[3] + grown)
+        r0, r1, c0, c1 = on_map(box, *height.shape)
+        if moved:
+            widen(changed, r0, r1, c0, c1)
+        known = outside is None or within(box, 1, *height.shape)  # a border at rest is not looked into
+        if pending[1] > pending[0] or not known or not at_rest(height, box, settled):
+            widen(pending, r0, r1, c0, c1)
+    if pending[1] <= pending[0]:
+        return touches
+    sweeps, lost = subside(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
     )
     totals[1] += lost
@@ -79,8 +96,9 @@ def step(
     period = dt / pieces
     totals = np.zeros(4)
     distance = turned = held = work = 0.0
+    measured = False
+    old = blade_line(pose, blade)
     for _ in range(pieces):
-        old = blade_line(pose, blade)
         forward, turn = command.speed * period, command.yaw_rate * period
         went, swung = drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn)
         held += 0.0 if went == forward and swung == turn else 1.0 / pieces
@@ -93,9 +111,13 @@ def step(
         touches = move_soil(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
         )
-        if touches and went != 0.0:
+        weigh = touches and went != 0.0
+        if weigh:
             work += work_of_way(height, solid, pose, cell, soil, blade, went)
-    measure_load(height, solid, pose, cell, soil, blade)
+        measured = weigh and went > 0.0
+        old = new
+    if not measured:
+        measure_load(height, solid, pose, cell, soil, blade)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
     tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2
@@ -133,7 +155,7 @@ def set_down(
 def let_go(world: World, grid: Grid, blade: Blade) -> None:
     """Let slump from now on what leans on the machine's blade, which is about to be taken away."""
     held = blade_line(world.machine[0], blade)
-    r0, r1, c0, c1 = box_around(held, grid.cell)
+    r0, r1, c0, c1 = cells_between(held, held, grid.cell)
     r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
     if r1 > r0 and c1 > c0 and highest(world.height, (r0, r1, c0, c1)) > held.edge - abs(held.roll) * held.half:
         widen(world.pending, r0, r1, c0, c1)
@@ -159,11 +181,29 @@ def place(
     world.tally[:] = np.zeros(1, TALLY)
 
 
-def settle(world: World, grid: Grid, soil: Soil) -> int:
-    """Relax the whole ground to the angle of repose; returns the sweeps it took."""
+def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
+    """Relax the whole ground to the angle of repose; returns the sweeps (stages, iterations) it took.
+
+    `method`: "explicit", sweep by sweep; "super", by super-steps (`super_steps`); "auto", super-steps where few sweeps
+    do not do; "projection", all soil at once (`projection`), which is another physics and therefore never chosen for
+    you. docs/physics.md says which to take. Raises ValueError for another method, and for a projection of a site with
+    solid cells or an open border.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
+    if method == "projection" and (world.solid is not None or world.outside is not None):
+        raise ValueError("method is 'projection' on a site with solid cells or an open border; allowed: walls only")
     world.pending[:] = (0, grid.rows, 0, grid.cols)
     away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    total = 0
+    total, elapsed = 0, 0.0
+    if method == "projection" and not is_settled(world, grid, soil):
+        total, elapsed = project(world, grid, soil), FINISH
+    if method == "auto":
+        total = settle_window(world, grid, soil._replace(max_sweeps=min(soil.max_sweeps, FEW)), away)
+        elapsed = total * RATE
+    most = total + PATIENCE * (grid.rows + grid.cols) + 1000
+    while world.pending[1] > world.pending[0] and total < most and method != "explicit":
+        total += settle_long(world, grid, soil, away, elapsed)
     while world.pending[1] > world.pending[0]:
         total += settle_window(world, grid, soil, away)
     return total

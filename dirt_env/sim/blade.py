@@ -1,11 +1,11 @@
 """The blade: a vertical plate that cuts what it crosses, carries it ahead, and closes the links it stands across."""
 
-from math import cos, sin
+from math import cos, floor, sin
 from typing import NamedTuple
 
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import quantise
-from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_X, RATE_Y
+from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
@@ -69,34 +69,51 @@ def box_around(line, cell):
 
 
 @kernel
-def blocked_links(line, cell, window, stride, buffers, links, levels):
+def cells_between(old, new, cell):
+    """(r0, r1, c0, c1): the cells next to links that the blade crosses at `old` or `new`, and all it passes between.
+
+    Those whose centres lie on the way, and one more on every side unless it is a whole cell off; beyond the map too.
+    """
+    old_x, old_y = abs(old.ahead_y) * old.half, abs(old.ahead_x) * old.half
+    new_x, new_y = abs(new.ahead_y) * new.half, abs(new.ahead_x) * new.half
+    return (
+        int(floor(min(old.y - old_y, new.y - new_y) / cell - 0.5)),
+        int(floor(max(old.y + old_y, new.y + new_y) / cell - 0.5)) + 2,
+        int(floor(min(old.x - old_x, new.x - new_x) / cell - 0.5)),
+        int(floor(max(old.x + old_x, new.x + new_x) / cell - 0.5)) + 2,
+    )
+
+
+@kernel
+def blocked_links(line, cell, window, stride, start, stop, buffers, links, levels):
     """Close the packed window's links that cross the blade; lists each with the edge and top there. Returns how many.
 
-    A closed link gives nothing to the gradients of its neighbours; `slump.link_fluxes` moves soil over and under it.
+    A closed link gives nothing to the gradients of its neighbours; `slump.link_fluxes` moves soil over and under it,
+    if it is one of those that are swept, in [start, stop).
     """
     r0, r1, c0, c1 = window
-    b0, b1, b2, b3 = box_around(line, cell)
+    b0, b1, b2, b3 = cells_between(line, line, cell)
     real = levels.dtype.type
+    far = cell * (abs(line.ahead_x) + abs(line.ahead_y))
     count = 0
     for r in range(max(r0, b0), min(r1, b1)):
         for c in range(max(c0, b2), min(c1, b3)):
             p = (r - r0 + 1) * stride + c - c0
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+            if abs(ahead) > far:
+                continue
             for along_x in range(2):
-                q = p + 1 if along_x else p + stride
-                mask, rate = (OPEN_X, RATE_X) if along_x else (OPEN_Y, RATE_Y)
+                mask, q = (OPEN_X, p + 1) if along_x else (OPEN_Y, p + stride)
                 if buffers[mask, p] == 0:
                     continue
-                ahead_q = ahead + cell * (line.ahead_x if along_x else line.ahead_y)
-                left_q = left + cell * (-line.ahead_y if along_x else line.ahead_x)
+                ahead_q, left_q = blade_frame(line, (c + along_x + 0.5) * cell, (r - along_x + 1.5) * cell)
                 if (ahead > 0) == (ahead_q > 0):
                     continue
                 u = crossing(ahead, left, ahead_q, left_q)
                 if abs(u) > line.half:
                     continue
                 buffers[mask, p] = 0
-                if buffers[rate, p] != 0:
-                    buffers[rate, p] = 0
+                if start <= p < stop and (along_x or buffers[RATE_Y, p] != 0):
                     links[count, 0], links[count, 1], links[count, 2] = p, q, along_x
                     levels[count, 0] = real(line.edge + line.roll * u)
                     levels[count, 1] = real(line.edge + line.roll * u + line.height)
@@ -175,14 +192,15 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
     """Cut and carry: every cell whose centre the blade crosses on its way from `old` to `new` gives min(h, top) - edge.
 
     The soil goes to the side the blade moves to, so that back-blading works. Adds to `totals` the heights [m of one
-    cell] moved, lost over an open border, and left where they were because nothing there could take them.
+    cell] moved, lost over an open border, and left where they were because nothing there could take them. Returns
+    whether any moved.
     """
     rows, cols = height.shape
+    moved = False
     real = height.dtype.type
-    a0, a1, a2, a3 = box_around(old, cell)
-    b0, b1, b2, b3 = box_around(new, cell)
-    for r in range(max(min(a0, b0), 0), min(max(a1, b1), rows)):
-        for c in range(max(min(a2, b2), 0), min(max(a3, b3), cols)):
+    r0, r1, c0, c1 = cells_between(old, new, cell)
+    for r in range(max(r0, 0), min(r1, rows)):
+        for c in range(max(c0, 0), min(c1, cols)):
             x, y = (c + 0.5) * cell, (r + 0.5) * cell
             ahead_0, left_0 = blade_frame(old, x, y)
             ahead_1, left_1 = blade_frame(new, x, y)
@@ -203,6 +221,8 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
             height[r, c] -= amount
             totals[0] += amount
             totals[1] += gone
+            moved = True
+    return moved
 
 
 @kernel
@@ -211,8 +231,11 @@ def highest(height, box):
     rows, cols = height.shape
     largest = -float("inf")
     for r in range(max(box[0], 0), min(box[1], rows)):
-        for c in range(max(box[2], 0), min(box[3], cols)):
-            largest = max(largest, float(height[r, c]))
+        top = -float("inf")
+        for c in range(max(box[2], 0), min(box[3], cols)):  # a chain of its own per row: they run side by side
+            h = float(height[r, c])
+            top = h if h > top else top
+        largest = top if top > largest else largest
     return largest
 
 
@@ -226,16 +249,20 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
     rows, cols = height.shape
     far = line.height / max(slope, 0.2)
     base = max(line.edge, plane)
-    reach = max(far, line.half) + cell
+    x, y = line.x + 0.5 * side * far * line.ahead_x, line.y + 0.5 * side * far * line.ahead_y
+    span_x = abs(line.ahead_y) * line.half + 0.5 * far * abs(line.ahead_x)
+    span_y = abs(line.ahead_x) * line.half + 0.5 * far * abs(line.ahead_y)
     total = 0.0
     touching = False
-    for r in range(max(int((line.y - reach) // cell), 0), min(int((line.y + reach) // cell) + 1, rows)):
-        for c in range(max(int((line.x - reach) // cell), 0), min(int((line.x + reach) // cell) + 1, cols)):
+    for r in range(max(int((y - span_y) // cell), 0), min(int((y + span_y) // cell) + 1, rows)):
+        for c in range(max(int((x - span_x) // cell), 0), min(int((x + span_x) // cell) + 1, cols)):
+            stands = float(height[r, c]) - base
+            if stands <= 0:
+                continue
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
             ahead *= side
             if ahead <= 0 or ahead > far or abs(left) > line.half or (solid is not None and solid[r, c]):
                 continue
-            stands = max(float(height[r, c]) - base, 0.0)
             total += stands
-            touching = touching or (stands > 0 and ahead <= cell)
+            touching = touching or ahead <= cell
     return total * cell * cell, touching

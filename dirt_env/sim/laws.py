@@ -1,24 +1,24 @@
 """Scalar laws: one equation each; they return a number and write nothing."""
 
-from math import sqrt
-
 from dirt_env.sim.jit import kernel
 
-# Share of a height difference that crosses a face in one sweep. Stable up to 1/4, from |1 - 8 a| <= 1; at 1/4 itself a
-# checkerboard without friction would swing for ever.
+# Share of a height difference that crosses a face in one sweep, far above repose. A flux F(s) along the gradient s is
+# stable where F' + F / s <= 1/2; F = a s (1 - (T / s)**2) has 2 a there at every slope, so a may be up to 1/4. At 1/4
+# itself a checkerboard without friction would swing for ever.
 RATE = 0.24
 GRAVITY = 9.81  # m/s2
 
 
 @kernel
 def slump_share(drop, across, threshold, settled):
-    """Share of `drop` in excess of repose: (|grad| - T) / |grad|, and 0 where |grad| is at most `settled`.
+    """Share of `drop` that moves: 1 - (T / |grad|)**2, and 0 where |grad| is at most `settled`.
 
     `drop` [m] is the height difference over a face, `across` [m] the one along it, `threshold` T = slope * cell. The
     slope that counts is the length of the gradient, which makes piles round (Prigozhin's |grad h| <= k, q = -m grad h).
     """
-    steep = sqrt(drop * drop + across * across)
-    return (steep - threshold) / steep if steep > settled else threshold - threshold
+    steep = drop * drop + across * across
+    calm = threshold * threshold
+    return (steep - calm) / steep if steep > settled * settled else calm - calm
 
 
 @kernel

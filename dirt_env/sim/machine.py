@@ -2,6 +2,8 @@
 
 from math import cos, pi, sin
 
+import numpy as np
+
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.timestep import STRIDE
 
@@ -15,48 +17,65 @@ def wrap(angle):
 
 
 @kernel
-def ground_at(height, cell, x, y, ahead_x, ahead_y, limit):
-    """Ground height at a point [m], bilinear between the cell centres that lie behind the blade; beyond the map's, that
-    of the nearest.
-
-    Behind the blade is where (x, y) . (ahead_x, ahead_y) <= `limit`; the soil that the blade carries lifts no track.
+def ground_between(height, column, row, ahead_x, ahead_y, limit):
+    """Ground height [m] at a point `column`, `row` cells from the centre of cell (0, 0); the rest is as in `ground_at`,
+    in cells.
     """
     rows, cols = height.shape
-    column = min(max(x / cell - 0.5, 0.0), cols - 1.0)
-    row = min(max(y / cell - 0.5, 0.0), rows - 1.0)
+    column = 0.0 if column < 0.0 else (cols - 1.0 if column > cols - 1.0 else column)
+    row = 0.0 if row < 0.0 else (rows - 1.0 if row > rows - 1.0 else row)
     c, r = int(column), int(row)
     fx, fy = column - c, row - r
+    ahead = c * ahead_x + r * ahead_y
+    span = (ahead_x if ahead_x > 0.0 else 0.0) + (ahead_y if ahead_y > 0.0 else 0.0)
+    if c + 1 < cols and r + 1 < rows and ahead + span <= limit:  # as nearly always
+        i, j, one = np.uint64(r), np.uint64(c), np.uint64(1)
+        below = height[i, j] + fx * (height[i, j + one] - height[i, j])
+        above = height[i + one, j] + fx * (height[i + one, j + one] - height[i + one, j])
+        return below + fy * (above - below)
     total = weights = 0.0
     for i in range(2):
         for j in range(2):
             weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
-            ahead = (c + j + 0.5) * cell * ahead_x + (r + i + 0.5) * cell * ahead_y
-            if weight > 0 and ahead <= limit:
+            if weight > 0 and ahead + j * ahead_x + i * ahead_y <= limit:
                 total += weight * height[r + i, c + j]
                 weights += weight
     return total / weights if weights > 1e-9 else float(height[r, c])
 
 
 @kernel
+def ground_at(height, cell, x, y, ahead_x, ahead_y, limit):
+    """Ground height at a point [m], bilinear between the cell centres that lie behind the blade; beyond the map's, that
+    of the nearest.
+
+    Behind the blade is where (x, y) . (ahead_x, ahead_y) <= `limit`; the soil that the blade carries lifts no track.
+    """
+    limit = limit / cell - 0.5 * (ahead_x + ahead_y)
+    return ground_between(height, x / cell - 0.5, y / cell - 0.5, ahead_x, ahead_y, limit)
+
+
+@kernel
 def track_plane(height, cell, x, y, heading, blade, machine):
     """(z, pitch, roll): plane of least squares through the ground under the tracks, at the pivot [m] and its slopes."""
     ahead_x, ahead_y = cos(heading), sin(heading)
+    per_metre = 1.0 / cell
+    column, row = x * per_metre - 0.5, y * per_metre - 0.5
     # Less what the blade may cross in one substep: those cells still hold the load when the tracks are laid down.
-    limit = x * ahead_x + y * ahead_y + blade.reach - STRIDE * cell
+    limit = column * ahead_x + row * ahead_y + blade.reach * per_metre - STRIDE
+    long, wide = machine.length * per_metre, machine.width * per_metre
     z = along = across = along_2 = across_2 = 0.0
     for i in range(STATIONS):
-        s = machine.length * (i / (STATIONS - 1) - 0.5)
+        s = long * (i / (STATIONS - 1) - 0.5)
         for j in range(3):
-            u = machine.width * (0.5 * j - 0.5)
-            h = ground_at(
-                height, cell, x + s * ahead_x - u * ahead_y, y + s * ahead_y + u * ahead_x, ahead_x, ahead_y, limit
-            )
+            u = wide * (0.5 * j - 0.5)
+            at_x, at_y = column + s * ahead_x - u * ahead_y, row + s * ahead_y + u * ahead_x
+            h = ground_between(height, at_x, at_y, ahead_x, ahead_y, limit)
             z += h
             along += s * h
             across += u * h
             along_2 += s * s
             across_2 += u * u
-    return z / (3 * STATIONS), along / along_2, across / across_2
+    return z / (3 * STATIONS), along / along_2 * per_metre, across / across_2 * per_metre
 
 
 @kernel

@@ -1,31 +1,33 @@
 """Relaxation of the ground to the angle of repose, on an exact active window (see `window` for its layout)."""
 
+import numpy as np
+
 from dirt_env.sim.blade import Line, blocked_links
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, link_excess, quantise, slump_share
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.state import World
 from dirt_env.sim.window import (
-    DROP_X,
-    DROP_Y,
     FLUX_X,
     FLUX_Y,
     GROUND,
+    LANES,
     OPEN_X,
     OPEN_Y,
-    RATE_X,
     RATE_Y,
     clear,
     drain,
     moving_box,
+    on_map,
     pack,
+    swept_rows,
     touches_ring,
     unpack,
     widen,
     window_around,
-)  # fmt: skip
+)
 
-MARGIN = 4  # cells around the active ones that are packed with them; at least 2, so that the outer two stand still
+MARGIN = 2  # cells around the active ones that are packed with them; no fewer, so that the outer two stand still
 PATIENCE = 24  # sweeps between two looks whether a smaller window would do
 FLOOR = 0.01  # slope below which the tolerance does not shrink any further with the slope of repose [-]
 
@@ -40,32 +42,55 @@ def limits(height, quantum, cell, slope, tolerance):
 
 
 @kernel
-def differences(buffers, stride, n):
-    """Height differences over the open links; a closed link's is 0, as a mirror there would have it."""
-    ground = buffers[GROUND]
-    here, right, above = ground[stride : stride + n], ground[stride + 1 :], ground[2 * stride :]
-    open_x, open_y = buffers[OPEN_X][stride:], buffers[OPEN_Y][stride:]
-    drop_x, drop_y = buffers[DROP_X][stride:], buffers[DROP_Y][stride:]
-    for p in range(n):
-        drop_x[p] = open_x[p] * (right[p] - here[p])
-    for p in range(n):
-        drop_y[p] = open_y[p] * (above[p] - here[p])
+def at_rest(height, box, settled):
+    """Whether no link near the changed cells of `box` can be steeper than `settled`, if all others are at rest.
+
+    A link next to the changed ones has at most two differences across it that are not looked at here, each at most
+    `settled`, and two of at most 0.6 of it: so |grad|**2 <= (0.6**2 + (0.3 + 0.5)**2) settled**2.
+    """
+    rows, cols = height.shape
+    r0, r1, c0, c1 = max(box[0] - 1, 0), min(box[1] + 1, rows), max(box[2] - 1, 0), min(box[3] + 1, cols)
+    calm = height.dtype.type(0.5999) * settled
+    steep = 0
+    for r in range(r0, r1):
+        above = min(r + 1, r1 - 1)
+        for c in range(c0, c1):
+            h = height[r, c]
+            steep += (abs(height[r, min(c + 1, c1 - 1)] - h) > calm) | (abs(height[above, c] - h) > calm)
+        if steep > 0:
+            return False
+    return True
 
 
 @kernel
-def fluxes(drop, near_a, near_b, near_c, near_d, rate, flux, n, threshold, settled, lock):
-    """F = a drop max(0, 1 - T / |grad|), rounded; `near_*` are the four links across, next to each of the n links.
+def fluxes(buffers, stride, start, stop, threshold, settled, lock):
+    """F = a drop (1 - (T / |grad|)**2) over the links [start, stop), rounded. Returns how many cells' links move soil.
 
-    Returns how many links move soil.
+    The difference over a closed link is 0, as a mirror there would have it. Unsigned indices need no test for the sign
+    that Python's allow; with them the loop becomes one run of vector instructions.
     """
-    quarter = drop.dtype.type(0.25)
-    nothing = drop.dtype.type(0.0)
+    ground, open_x, open_y, rate_y = buffers[GROUND], buffers[OPEN_X], buffers[OPEN_Y], buffers[RATE_Y]
+    flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
+    real = ground.dtype.type
+    rate, quarter, nothing = real(RATE), real(0.25), real(0.0)
+    one, row = np.uint64(1), np.uint64(stride)
     count = 0
-    for p in range(n):
-        across = quarter * ((near_a[p] + near_b[p]) + (near_c[p] + near_d[p]))
-        flow = quantise(rate[p] * drop[p] * slump_share(drop[p], across, threshold, settled), lock)
-        flux[p] = flow
-        count += flow != nothing
+    for k in range(start, stop):
+        p = np.uint64(k)
+        here, right, above, beyond = ground[p], ground[p + one], ground[p + row], ground[p + row + one]
+        x, y = open_x[p] * (right - here), open_y[p] * (above - here)
+        x_above = open_x[p + row] * (beyond - above)
+        x_left = open_x[p - one] * (here - ground[p - one])
+        x_above_left = open_x[p + row - one] * (above - ground[p + row - one])
+        y_right = open_y[p + one] * (beyond - right)
+        y_below = open_y[p - row] * (here - ground[p - row])
+        y_below_right = open_y[p - row + one] * (right - ground[p - row + one])
+        across_x = quarter * ((y + y_right) + (y_below + y_below_right))
+        across_y = quarter * ((x + x_above) + (x_left + x_above_left))
+        flow_x = quantise(rate * x * slump_share(x, across_x, threshold, settled), lock)
+        flow_y = quantise(rate_y[p] * y * slump_share(y, across_y, threshold, settled), lock)
+        flux_x[p], flux_y[p] = flow_x, flow_y
+        count += (flow_x != nothing) | (flow_y != nothing)
     return count
 
 
@@ -90,39 +115,23 @@ def link_fluxes(buffers, links, levels, count, threshold, settled, lock):
 
 
 @kernel
-def divergence(buffers, stride, n):
-    """h -= div F, every cell at once."""
-    here = buffers[GROUND][stride : stride + n]
-    out_x, in_x = buffers[FLUX_X][stride:], buffers[FLUX_X][stride - 1 :]
-    out_y, in_y = buffers[FLUX_Y][stride:], buffers[FLUX_Y]
-    for p in range(n):
-        here[p] += (out_x[p] - in_x[p]) + (out_y[p] - in_y[p])
+def divergence(buffers, stride, start, stop):
+    """h -= div F, every cell of [start, stop) at once."""
+    ground, flux_x, flux_y = buffers[GROUND], buffers[FLUX_X], buffers[FLUX_Y]
+    one, row = np.uint64(1), np.uint64(stride)
+    for k in range(start, stop):
+        p = np.uint64(k)
+        ground[p] += (flux_x[p] - flux_x[p - one]) + (flux_y[p] - flux_y[p - row])
 
 
 @kernel
-def sweep(buffers, stride, n, links, levels, count, threshold, settled, lock):
-    """One explicit step of the whole window; returns how many links moved soil."""
-    differences(buffers, stride, n)
-    x, y, s = buffers[DROP_X], buffers[DROP_Y], stride
-    moving = fluxes(
-        x[s:], y[s:], y[s + 1 :], y, y[1:], buffers[RATE_X][s:], buffers[FLUX_X][s:], n, threshold, settled, lock
-    )
-    moving += fluxes(
-        y[s:],
-        x[s:],
-        x[2 * s :],
-        x[s - 1 :],
-        x[2 * s - 1 :],
-        buffers[RATE_Y][s:],
-        buffers[FLUX_Y][s:],
-        n,
-        threshold,
-        settled,
-        lock,
-    )
+def sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock):
+    """One explicit step of the window's links [start, stop); returns how many places moved soil."""
+    moving = fluxes(buffers, stride, start, stop, threshold, settled, lock)
     if count > 0:
         moving += link_fluxes(buffers, links, levels, count, threshold, settled, lock)
-    divergence(buffers, stride, n)
+    if moving > 0:
+        divergence(buffers, stride, start, stop)
     return moving
 
 
@@ -140,29 +149,36 @@ def relax(height, solid, outside, buffers, links, levels, changed, pending, cell
     sweeps = 0
     lost = 0.0
     while pending[1] > pending[0] and sweeps < soil.max_sweeps:
-        margin = MARGIN + max(pending[1] - pending[0], pending[3] - pending[2]) // 8
+        margin = MARGIN + max(pending[1] - pending[0], pending[3] - pending[2]) // 16
         window = window_around(pending, margin, rows, cols, border)
         stride = pack(height, solid, outside, buffers, window, border)
-        n = (window[1] - window[0]) * stride
+        first, last = swept_rows(window, rows, border)
+        start = (first + 1) * stride
+        stop = start + ((last - first) * stride + LANES - 1) // LANES * LANES
         count = 0
         if blade_low:
-            count = blocked_links(line, cell, window, stride, buffers, links, levels)
+            count = blocked_links(line, cell, window, stride, start, stop, buffers, links, levels)
         since = 0
         moving = 1
         while moving > 0 and sweeps < soil.max_sweeps:
-            moving = sweep(buffers, stride, n, links, levels, count, threshold, settled, lock)
-            if outside is not None and moving > 0:
-                lost += drain(outside, buffers, stride, window, rows, cols)
+            moving = sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock)
             sweeps += 1
             since += 1
+            if moving == 0:
+                break
+            if outside is not None:
+                lost += drain(outside, buffers, stride, window, rows, cols)
             if since >= margin - 1 and touches_ring(buffers, stride, window, largest):
                 break
             if since == PATIENCE:
                 break
-        unpack(height, buffers, stride, window)
-        widen(changed, max(window[0], 0), min(window[1], rows), max(window[2], 0), min(window[3], cols))
+        if since > 1 or moving > 0:
+            unpack(height, buffers, stride, window)
+            r0, r1, c0, c1 = on_map(window, rows, cols)
+            widen(changed, r0, r1, c0, c1)
         if moving > 0:
             moving_box(buffers, stride, window, pending)
+            pending[0], pending[1], pending[2], pending[3] = on_map(pending, rows, cols)
         else:
             clear(pending)
     return sweeps, lost

@@ -30,7 +30,7 @@ TALLY = np.dtype(
 GROWTH = 8.0  # m
 GROWTH_CELLS = 2000.0  # and no more cells than this, start included
 MANTISSA = 24  # bits of a float32 significand: heights are multiples of a quantum below 2**24 of them
-BUFFERS = 9  # rows of the packed window, named in `window`
+BUFFERS = 6  # rows of the packed window, named in `window`
 WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold nothing between two steps
 
 

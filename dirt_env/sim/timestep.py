@@ -10,6 +10,5 @@ STRIDE = 0.5  # cells that an end of the blade may move in one substep
 @kernel
 def substeps(speed, yaw_rate, dt, cell, blade):
     """Number of substeps of a control step of `dt` seconds; at least 1."""
-    radius = hypot(blade.reach, 0.5 * blade.width)
-    travel = (abs(speed) + abs(yaw_rate) * radius) * dt
-    return max(int(ceil(travel / (STRIDE * cell))), 1)
+    fastest = hypot(abs(speed) + abs(yaw_rate) * 0.5 * blade.width, yaw_rate * blade.reach)  # of the two ends [m/s]
+    return max(int(ceil(fastest * dt / (STRIDE * cell))), 1)

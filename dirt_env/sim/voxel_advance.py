@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dirt_env.sim.advance import blade_line, measure_load, stand, work_of_way
+from dirt_env.sim.advance import blade_line, measure_load, place, stand, work_of_way
 from dirt_env.sim.blade import box_around, highest
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.machine import drive
@@ -14,8 +14,8 @@ from dirt_env.sim.state import POSE, TALLY
 from dirt_env.sim.timestep import substeps
 from dirt_env.sim.voxel import updates
 from dirt_env.sim.voxel_agent import occupy
-from dirt_env.sim.voxel_state import Rules, Voxels, make_voxels
-from dirt_env.sim.voxel_surface import lay_surface
+from dirt_env.sim.voxel_state import HEAP, POINT, Rules, Voxels, make_voxels
+from dirt_env.sim.voxel_surface import height_at, lay_surface
 from dirt_env.sim.window import clear, widen
 
 MOST_UPDATES = 20000  # of settling; a ground in a limit cycle never comes to rest
@@ -25,9 +25,8 @@ class VoxelWorld(NamedTuple):
     """One world of cells; every array is updated in place. The first six fields are as in `state.World`.
 
     `height` f4[rows, cols] m is the soil of each column put on a heap, fill in transit too, so that its sum is the
-    volume; `surface` f4[rows, cols] m is the paper's. They differ only where soil is in the air or on a constraint:
-    there the machine stands on `height`, for a few grains on the blade's constraints, a metre up, lift no track. The
-    rest are the cells, see `Voxels`.
+    volume; `surface` f4[rows, cols] m is the paper's. They differ only where soil is in the air or on a constraint.
+    Which of them the machine stands on says `Rules.footing`. The rest are the cells, see `Voxels`.
     """
 
     height: np.ndarray
@@ -136,6 +135,33 @@ def settle_voxels(world: VoxelWorld, rules: Rules) -> int:
 
 
 @kernel
+def stand_on(world, cell, pose, blade, machine, rules):
+    """Update the agent's y from the surface, as `rules.footing` says."""
+    if rules.footing == POINT:
+        pose.z, pose.pitch, pose.roll = height_at(world.surface, cell, pose.x, pose.y), 0.0, 0.0
+    elif rules.footing == HEAP:
+        stand(world.height, cell, pose, blade, machine)
+    else:
+        stand(world.surface, cell, pose, blade, machine)
+
+
+@entry
+def lay_down(world: VoxelWorld, grid: Grid, soil: Soil, blade: Blade, machine: Machine, rules: Rules) -> None:
+    """Lay the machine where it is on the ground, and measure its load."""
+    pose = world.machine[0]
+    stand_on(world, grid.cell, pose, blade, machine, rules)
+    measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
+
+
+def place_on_voxels(
+    world: VoxelWorld, grid: Grid, soil: Soil, blade: Blade, machine: Machine, rules: Rules, pose: tuple
+) -> None:
+    """`advance.place` on cells; `pose` is (x, y) [m] and heading [rad]. Raises ValueError where it cannot stand."""
+    place(world, grid, soil, blade, machine, *pose)
+    lay_down(world, grid, soil, blade, machine, rules)
+
+
+@kernel
 def push_soil(world, grid, rules, line, forward, turn, totals):
     """The blade's constraints of one substep; nothing is altered by a blade in the air.
 
@@ -184,7 +210,7 @@ def advance_voxels(
         turned += swung
         largest = machine.edge_rate * period
         pose.edge += min(max(command.edge - pose.edge, -largest), largest)
-        stand(world.height, grid.cell, pose, blade, machine)
+        stand_on(world, grid.cell, pose, blade, machine, rules)
         touches = push_soil(world, grid, rules, blade_line(pose, blade), went, swung, totals)
         if touches and went != 0.0:
             work += work_of_way(world.height, world.solid, pose, grid.cell, soil, blade, went)

@@ -56,12 +56,14 @@ def levels_of(line, cell, bottom, dy, levels, r, c):
 def share_ahead(life, line, cell, side, from_r, from_c, r, c, m):
     """1 if the cell is before the blade's face and fill of the column (from_r, from_c) may enter it, else 0.
 
-    r and c may lie beyond the rim.
+    Beyond the rim it is as on the rim.
     """
-    if r < 0 or c < 0 or r >= life.shape[0] or c >= life.shape[1] or life[r, c, m] != 0:
+    rows, cols, _ = life.shape
+    q, p = min(max(r, 0), rows - 1), min(max(c, 0), cols - 1)
+    if life[q, p, m] != 0:
         return 0.0
     ahead, _ = blade_frame(line, (c - 0.5) * cell, (r - 0.5) * cell)
-    return 1.0 if side * ahead > 0.0 and way_is_open(life, from_r, from_c, r, c, m) else 0.0
+    return 1.0 if side * ahead > 0.0 and way_is_open(life, from_r, from_c, q, p, m) else 0.0
 
 
 @kernel
@@ -84,7 +86,11 @@ def way_is_open(life, r, c, q, p, m):
 
 @kernel
 def put_ahead(incoming, life, active, line, cell, side, lock, r, c, m, amount):
-    """Send `amount` (share of a cell) of the cell (r, c, m) ahead; whether something there could take it."""
+    """Send `amount` (share of a cell) of the cell (r, c, m) ahead; whether something there could take it.
+
+    What goes over an open border is gone: the rim gives nothing back.
+    """
+    rows, cols, _ = incoming.shape
     ahead, _ = blade_frame(line, (c - 0.5) * cell, (r - 0.5) * cell)
     for attempt in range(TRIES):
         way = (AHEAD + STRIDE * attempt) * cell - side * ahead
@@ -107,8 +113,9 @@ def put_ahead(incoming, life, active, line, cell, side, lock, r, c, m, amount):
             left_weight -= weight
             part = left_over if left_weight < 1e-9 else min(quantise(amount * (weight / total), lock), left_over)
             left_over -= part
-            incoming[q, p, m] += part
-            widen(active, q, q + 1, p, p + 1)
+            if 0 < q < rows - 1 and 0 < p < cols - 1:
+                incoming[q, p, m] += part
+                widen(active, q, q + 1, p, p + 1)
         return True
     return False
 

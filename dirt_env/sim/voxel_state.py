@@ -14,6 +14,8 @@ from dirt_env.sim.params import Grid
 FOREVER = -1  # life of a constraint that is never removed
 LARGEST_LIFE = 32766  # updates; lives are 16-bit
 WORK = 8  # rows of the work space, named in `voxel`
+FOOTINGS = ("tracks", "point", "heap")  # what the agent's height is taken from, see `Rules.footing`
+TRACKS, POINT, HEAP = range(3)
 VOXEL_WORK_SPACE = ("work", "flags")  # fields that hold nothing between two updates
 MOST_VOXELS = 2**26
 GRAIN = 2.0**-36  # share of a cell; sums of fills that are multiples of it are exact
@@ -29,7 +31,9 @@ class Rules(NamedTuple):
 
     Readings: `neighbours` 4 or 8 cells of the same level; `in_place` lets a cell see what its neighbours have become
     in this update, not what they were; `down_in_transit` puts soil that sinks among the outgoing, to arrive with the
-    next update; `rise_into_constraint` lets overflow rise into a cell with a constraint.
+    next update; `rise_into_constraint` lets overflow rise into a cell with a constraint. `footing` is what the agent's
+    y follows: TRACKS, the surface under its tracks; POINT, the surface at its position, the agent upright; HEAP, as
+    TRACKS, with soil in the air counted as fallen.
     """
 
     difference: float = 0.7
@@ -40,6 +44,7 @@ class Rules(NamedTuple):
     in_place: bool = False
     down_in_transit: bool = False
     rise_into_constraint: bool = False
+    footing: int = TRACKS
 
 
 class Voxels(NamedTuple):

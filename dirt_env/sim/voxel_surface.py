@@ -1,10 +1,11 @@
 """The surface over the cells (Section III-A): heights, normals, and what lies between the columns' centres."""
 
+from math import sqrt
+
 import numpy as np
 
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.machine import ground_at
-from dirt_env.sim.voxel_state import Voxels
 
 
 @kernel
@@ -35,44 +36,68 @@ def lay_surface(fill, incoming, solid, bottom, dy, box, surface, height):
                 height[r - 1, c - 1] = stack_of(fill[r, c], incoming[r, c], bottom, dy)
 
 
-def surface_of(voxels: Voxels) -> np.ndarray:
-    """The surface f8[rows, cols] m: y = ymin + (j + fill) dy of the topmost cell that is not empty."""
-    inner = voxels.fill[1:-1, 1:-1, 1:-1]
-    levels = inner.shape[2]
-    top = levels - 1 - np.argmax(inner[:, :, ::-1] > 0.0, axis=2)
-    fill = np.take_along_axis(inner, top[:, :, None], axis=2)[:, :, 0]
-    return np.where(fill > 0.0, voxels.bottom + (top + fill) * voxels.dy, voxels.bottom)
+@kernel
+def facet_normal(surface, cell, r, c):
+    """Unit normal (east, north, up) of the facet north-east of column (r, c): the cross product of its diagonals.
 
-
-def normals_of(surface: np.ndarray, cell: float) -> np.ndarray:
-    """Unit normals f8[rows, cols, 3] (east, north, up) of a surface: the mean of those of the facets around a point.
-
-    A facet joins four neighbouring columns; its normal is the cross product of its diagonals.
+    Beyond the map's rim the surface goes on level.
     """
-    south_west, south_east, north_west, north_east = (
-        np.pad(surface, 1, mode="edge")[r : r + surface.shape[0] + 1, c : c + surface.shape[1] + 1]
-        for r in (0, 1)
-        for c in (0, 1)
-    )
-    rising, falling = north_east - south_west, north_west - south_east
-    facets = np.stack(
-        [(falling - rising) * cell, -(rising + falling) * cell, np.full_like(rising, 2 * cell**2)], axis=2
-    )
-    facets /= np.linalg.norm(facets, axis=2, keepdims=True)
-    mean = facets[:-1, :-1] + facets[1:, :-1] + facets[:-1, 1:] + facets[1:, 1:]
-    return mean / np.linalg.norm(mean, axis=2, keepdims=True)
+    rows, cols = surface.shape
+    south, north = min(max(r, 0), rows - 1), min(max(r + 1, 0), rows - 1)
+    west, east = min(max(c, 0), cols - 1), min(max(c + 1, 0), cols - 1)
+    rising = float(surface[north, east]) - float(surface[south, west])
+    falling = float(surface[north, west]) - float(surface[south, east])
+    x, y, up = (falling - rising) * cell, -(rising + falling) * cell, 2.0 * cell**2
+    length = sqrt(x * x + y * y + up * up)
+    return x / length, y / length, up / length
+
+
+@kernel
+def normal_at(surface, cell, r, c):
+    """Unit normal (east, north, up) of the surface at column (r, c): the mean of those of the four facets around it."""
+    x = y = up = 0.0
+    for i in range(4):
+        fx, fy, fz = facet_normal(surface, cell, r - i // 2, c - i % 2)
+        x, y, up = x + fx, y + fy, up + fz
+    length = sqrt(x * x + y * y + up * up)
+    return x / length, y / length, up / length
+
+
+@kernel
+def slope_at(surface, cell, x, y):
+    """Slopes to the east and to the north at any point [m], from the normals of the columns around, bilinear."""
+    rows, cols = surface.shape
+    column, row = min(max(x / cell - 0.5, 0.0), cols - 1.0), min(max(y / cell - 0.5, 0.0), rows - 1.0)
+    c, r = int(column), int(row)
+    fx, fy = column - c, row - r
+    east = north = up = 0.0
+    for i in range(4):
+        weight = (fy if i // 2 else 1.0 - fy) * (fx if i % 2 else 1.0 - fx)
+        if weight > 0.0:
+            nx, ny, nz = normal_at(surface, cell, r + i // 2, c + i % 2)
+            east, north, up = east + weight * nx, north + weight * ny, up + weight * nz
+    return -east / up, -north / up
 
 
 @entry
-def position_on_surface(surface: np.ndarray, cell: float, x: float, y: float) -> float:
-    """GetPositionOnSurface: the surface's height [m] at any point [m], bilinear between the columns' centres."""
+def normals_of(surface: np.ndarray, cell: float) -> np.ndarray:
+    """Unit normals f8[rows, cols, 3] (east, north, up) of a surface [rows, cols] m."""
+    rows, cols = surface.shape
+    normals = np.empty((rows, cols, 3))
+    for r in range(rows):
+        for c in range(cols):
+            normals[r, c, 0], normals[r, c, 1], normals[r, c, 2] = normal_at(surface, cell, r, c)
+    return normals
+
+
+@kernel
+def height_at(surface, cell, x, y):
+    """The surface's height [m] at any point [m], bilinear between the columns' centres."""
     return ground_at(surface, cell, x, y, 0.0, 0.0, 0.0)
 
 
-def slope_on_surface(surface: np.ndarray, cell: float, x: float, y: float) -> tuple[float, float]:
-    """Slopes to the east and to the north at any point [m], from the normals, interpolated likewise."""
-    normals = normals_of(np.asarray(surface, np.float64), cell)
-    east, north, up = (
-        position_on_surface(np.ascontiguousarray(part), cell, x, y) for part in np.moveaxis(normals, 2, 0)
-    )
-    return -east / up, -north / up
+@entry
+def position_on_surface(surface: np.ndarray, cell: float, x: float, y: float) -> tuple[float, float, float]:
+    """GetPositionOnSurface: height [m], and slopes to the east and to the north, at any point [m]."""
+    east, north = slope_at(surface, cell, x, y)
+    return height_at(surface, cell, x, y), east, north

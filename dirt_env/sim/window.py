@@ -1,14 +1,17 @@
 """The active window: the part of the ground that may move, packed into short one-dimensional buffers.
 
-One sweep is then a handful of loops over contiguous memory, whatever the window's shape. Cell (i, j) of a window with
-`stride` columns (one more than it has, the last one closed) lies at p = (i + 1) * stride + j; its right link is x[p],
-to p + 1, its upper link y[p], to p + stride. The rows of the buffers are named below.
+One sweep is then two loops over contiguous memory, whatever the window's shape. Cell (i, j) of a window with `stride`
+columns (one more than it has, the last one closed) lies at p = (i + 1) * stride + j; its right link is x[p], to p + 1,
+its upper link y[p], to p + stride. The rows of the buffers are named below.
 """
+
+import numpy as np
 
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import RATE
 
-GROUND, OPEN_X, OPEN_Y, RATE_X, RATE_Y, DROP_X, DROP_Y, FLUX_X, FLUX_Y = range(9)
+GROUND, OPEN_X, OPEN_Y, RATE_Y, FLUX_X, FLUX_Y = range(6)
+LANES = 8  # the loops of a sweep run over multiples of it, so that none of their work is left over as scalars
 
 
 @kernel
@@ -28,6 +31,19 @@ def clear(box):
 
 
 @kernel
+def on_map(box, rows, cols):
+    """(r0, r1, c0, c1): the part of a box that lies on the map; at least one cell, the nearest."""
+    r0, c0 = min(max(box[0], 0), rows - 1), min(max(box[2], 0), cols - 1)
+    return r0, max(min(box[1], rows), r0 + 1), c0, max(min(box[3], cols), c0 + 1)
+
+
+@kernel
+def within(box, margin, rows, cols):
+    """Whether a box grown by `margin` lies on the map."""
+    return box[0] >= margin and box[1] + margin <= rows and box[2] >= margin and box[3] + margin <= cols
+
+
+@kernel
 def window_around(active, margin, rows, cols, border):
     """(r0, r1, c0, c1): `active` grown by `margin`, within the map and its `border` cells of ground outside."""
     return (
@@ -39,19 +55,10 @@ def window_around(active, margin, rows, cols, border):
 
 
 @kernel
-def is_open(solid, outside, r, c, rows, cols):
-    """Whether soil can lie in cell (r, c): on the map or beyond an open border, and not solid."""
-    if outside is None and (r < 0 or c < 0 or r >= rows or c >= cols):
-        return False
-    if solid is not None and r >= 0 and c >= 0 and r < rows and c < cols:
-        return not solid[r, c]
-    return True
-
-
-@kernel
-def on_rim(r, c, rows, cols):
-    """1 for a cell beyond the border, 0 on the map."""
-    return 1 if r < 0 or c < 0 or r >= rows or c >= cols else 0
+def swept_rows(window, rows, border):
+    """(first, last + 1) row of the window that is swept: all but the outermost, unless the map ends there."""
+    r0, r1 = window[0], window[1]
+    return 0 if r0 <= -border else 1, r1 - r0 if r1 >= rows + border else r1 - r0 - 1
 
 
 @kernel
@@ -82,50 +89,105 @@ def drain(outside, buffers, stride, window, rows, cols):
 
 
 @kernel
+def open_links(buffers, tall, stride, end):
+    """Open all links inside a window, and still all fluxes."""
+    ground = buffers[GROUND]
+    open_x, open_y, rate_y = buffers[OPEN_X], buffers[OPEN_Y], buffers[RATE_Y]
+    flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
+    real = ground.dtype.type
+    no, yes, rate = real(0.0), real(1.0), real(RATE)
+    for k in range(stride):  # the closed row below
+        p = np.uint64(k)
+        open_x[p] = open_y[p] = rate_y[p] = flux_x[p] = flux_y[p] = no
+    for k in range(stride, (tall + 1) * stride):
+        p = np.uint64(k)
+        open_x[p] = open_y[p] = yes
+        rate_y[p] = rate
+        flux_x[p] = flux_y[p] = no
+    for k in range(tall * stride, end):  # the upper links of the top row, and the closed row above
+        open_y[np.uint64(k)] = no
+    for k in range((tall + 1) * stride, end):
+        p = np.uint64(k)
+        open_x[p] = rate_y[p] = flux_x[p] = flux_y[p] = no
+    for i in range(tall):
+        p = np.uint64((i + 2) * stride - 1)  # the closed column
+        open_x[p] = open_x[p - np.uint64(1)] = open_y[p] = no
+
+
+@kernel
+def close_rim(buffers, tall, wide, stride, window, rows, cols, border):
+    """Take the links that lack neighbours, along the outermost rows and columns, out of the sweep.
+
+    Not where the map ends there. The outermost row's links are left out of the loops' range; those above it and in the
+    topmost row are closed, so that the loops may run on for a few cells.
+    """
+    _, r1, c0, c1 = window
+    open_x, rate_y = buffers[OPEN_X], buffers[RATE_Y]
+    no = rate_y.dtype.type(0.0)
+    if r1 < rows + border:
+        for k in range(tall * stride, (tall + 1) * stride):
+            p = np.uint64(k)
+            open_x[p] = rate_y[p - np.uint64(stride)] = no
+    left, right = c0 > -border, c1 < cols + border
+    for i in range(1, tall + 1):
+        p = np.uint64(i * stride)
+        if left:
+            rate_y[p] = no
+        if right:
+            rate_y[p + np.uint64(wide - 1)] = no
+
+
+@kernel
+def close_solid(solid, buffers, stride, window, rows, cols):
+    """Close the links to what is solid."""
+    r0, r1, c0, c1 = window
+    open_x, open_y = buffers[OPEN_X], buffers[OPEN_Y]
+    no = open_x.dtype.type(0.0)
+    for r in range(max(r0, 0), min(r1, rows)):
+        for c in range(max(c0, 0), min(c1, cols)):
+            if solid[r, c]:
+                p = (r - r0 + 1) * stride + c - c0
+                open_x[p] = open_x[p - 1] = open_y[p] = open_y[p - stride] = no
+
+
+@kernel
+def close_outside(buffers, stride, window, rows, cols):
+    """Close the links between two cells beyond the border."""
+    r0, r1, c0, c1 = window
+    for r in range(r0, r1):
+        for c in range(c0, c1):
+            p = (r - r0 + 1) * stride + c - c0
+            if r < 0 or r >= rows:
+                buffers[OPEN_X, p] = 0
+            if c < 0 or c >= cols:
+                buffers[OPEN_Y, p] = 0
+
+
+@kernel
 def pack(height, solid, outside, buffers, window, border):
     """Copy the window's heights into the buffers, and find out which links soil can cross and which are swept.
 
-    The links along an outermost row or column lack neighbours and are not swept, unless the map ends there.
+    Returns the stride.
     """
     rows, cols = height.shape
     r0, r1, c0, c1 = window
-    first_row, last_row = r0 if r0 > -border else r0 - 1, r1 - 1 if r1 < rows + border else r1
-    first_col, last_col = c0 if c0 > -border else c0 - 1, c1 - 1 if c1 < cols + border else c1
-    wide = c1 - c0
+    tall, wide = r1 - r0, c1 - c0
     stride = wide + 1
-    end = (r1 - r0 + 2) * stride + 1
-    ground, open_x, open_y = buffers[GROUND], buffers[OPEN_X], buffers[OPEN_Y]
-    rate_x, rate_y = buffers[RATE_X], buffers[RATE_Y]
-    for b in range(buffers.shape[0]):
-        line = buffers[b]
-        for p in range(end):
-            line[p] = 0
-    real = height.dtype.type
-    yes, rate = real(1.0), real(RATE)
-    for r in range(r0, r1):
-        base = (r - r0 + 1) * stride - c0
-        for c in range(c0, c1):
-            if not on_rim(r, c, rows, cols):
-                ground[base + c] = height[r, c]
-    if outside is not None:
+    end = (tall + 2) * stride + LANES
+    open_links(buffers, tall, stride, end)
+    close_rim(buffers, tall, wide, stride, window, rows, cols, border)
+    ground = buffers[GROUND]
+    first, count = max(c0, 0), min(c1, cols) - max(c0, 0)
+    for r in range(max(r0, 0), min(r1, rows)):
+        line, base = height[r], np.uint64((r - r0 + 1) * stride + first - c0)
+        for k in range(count):
+            j = np.uint64(k)
+            ground[base + j] = line[np.uint64(first) + j]
+    if solid is not None:
+        close_solid(solid, buffers, stride, window, rows, cols)
+    if outside is not None and (r0 < 0 or c0 < 0 or r1 > rows or c1 > cols):
+        close_outside(buffers, stride, window, rows, cols)
         drain(outside, buffers, stride, window, rows, cols)
-    # A link between two cells beyond the border stays closed; so do links to what is solid.
-    for r in range(r0, r1):
-        base = (r - r0 + 1) * stride - c0
-        for c in range(c0, c1):
-            if not is_open(solid, outside, r, c, rows, cols):
-                continue
-            rim = on_rim(r, c, rows, cols)
-            if c + 1 < c1 and is_open(solid, outside, r, c + 1, rows, cols):
-                if rim + on_rim(r, c + 1, rows, cols) < 2:
-                    open_x[base + c] = yes
-                    if first_row < r < last_row:
-                        rate_x[base + c] = rate
-            if r + 1 < r1 and is_open(solid, outside, r + 1, c, rows, cols):
-                if rim + on_rim(r + 1, c, rows, cols) < 2:
-                    open_y[base + c] = yes
-                    if first_col < c < last_col:
-                        rate_y[base + c] = rate
     return stride
 
 
@@ -134,21 +196,25 @@ def unpack(height, buffers, stride, window):
     """Copy the window's ground back onto the map."""
     rows, cols = height.shape
     r0, r1, c0, c1 = window
+    ground = buffers[GROUND]
+    first, count = max(c0, 0), min(c1, cols) - max(c0, 0)
     for r in range(max(r0, 0), min(r1, rows)):
-        base = (r - r0 + 1) * stride - c0
-        for c in range(max(c0, 0), min(c1, cols)):
-            height[r, c] = buffers[GROUND, base + c]
+        line, base = height[r], np.uint64((r - r0 + 1) * stride + first - c0)
+        for k in range(count):
+            j = np.uint64(k)
+            line[np.uint64(first) + j] = ground[base + j]
 
 
 @kernel
 def moving_box(buffers, stride, window, box):
     """Write the cells next to a link that moved soil into `box`, as map rows and columns [r0, r1) x [c0, c1)."""
     r0, r1, c0, c1 = window
+    flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
     top, bottom, left, right = r1, r0 - 1, c1, c0 - 1
     for r in range(r0, r1):
         base = (r - r0 + 1) * stride - c0
         for c in range(c0, c1):
-            x, y = buffers[FLUX_X, base + c] != 0, buffers[FLUX_Y, base + c] != 0
+            x, y = flux_x[base + c] != 0, flux_y[base + c] != 0
             if x or y:
                 top, bottom = min(top, r), max(bottom, r + (1 if y else 0))
                 left, right = min(left, c), max(right, c + (1 if x else 0))

@@ -7,8 +7,10 @@ import numpy as np
 
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.task.job import Job
+from dirt_env.task.kinds import DESIGN, GOAL, OUTSIDE, STRAY
 
 SUMS = 6
+SIDE = 8  # rows and columns of cells that are added up together
 
 
 class Remaining(NamedTuple):
@@ -26,14 +28,33 @@ class Remaining(NamedTuple):
     grade_error: float
 
 
+class Sums(NamedTuple):
+    """Sums over parts of the ground; they depend on it alone, and not on how it came to be.
+
+    `blocks` f8[bands, blocks of a band, SUMS] of SIDE x SIDE cells, `bands` f8[bands, SUMS] of blocks, `total`
+    f8[SUMS], and `result` f8[5], as in `Remaining`. A block that changed is added up anew, and then all in one order.
+    """
+
+    blocks: np.ndarray
+    bands: np.ndarray
+    total: np.ndarray
+    result: np.ndarray
+
+
+def make_sums(rows: int, cols: int) -> Sums:
+    """Sums of a site of so many cells, to be filled by `measure` of the whole of it."""
+    bands, blocks = -(-rows // SIDE), -(-cols // SIDE)
+    shapes = (bands, blocks, SUMS), (bands, SUMS), SUMS, len(Remaining._fields)
+    return Sums(*map(np.zeros, shapes))
+
+
 class Gauge:
-    """Measures a job; keeps partial sums per row, so that only the rows that changed are added up again."""
+    """Measures a job; only the parts of the ground that changed are added up again."""
 
     def __init__(self, job: Job, cell: float) -> None:
         self._job = job
         self._cell = cell
-        self._rows = np.zeros((job.target.shape[0], SUMS))
-        self._result = np.zeros(len(Remaining._fields))
+        self._sums = make_sums(*job.target.shape)
 
     def measure(self, height: np.ndarray, changed: np.ndarray | None = None) -> Remaining:
         """What is still to move of height[rows, cols].
@@ -41,63 +62,74 @@ class Gauge:
         `changed` are the bounds r0, r1, c0, c1 of the cells that differ from those of the last call; None is all.
         """
         bounds = _everything(height) if changed is None else changed
-        measure(height, self._job, self._cell, bounds, self._rows, self._result)
-        return Remaining(*self._result.tolist())
+        measure(height, self._job, self._cell, bounds, self._sums)
+        return Remaining(*self._sums.result.tolist())
 
 
 def _everything(height: np.ndarray) -> np.ndarray:
     return np.array([0, height.shape[0], 0, height.shape[1]])
 
 
-@entry
-def measure(height, job, cell, changed, rows, result):
-    """Add up the rows changed[0]:changed[1] of height[rows, cols], then all rows; fills result[5] (see Remaining)."""
-    for r in range(changed[0], changed[1]):
-        _add_row(height[r], job.target[r], job.haul[r], job.outside[r], job.stray[r], job.goal[r], rows[r])
-    _add_design(height, job.target, job.design, changed, rows)
-    haul = over = stray = gain = under = square = 0.0
-    for r in range(height.shape[0]):
-        haul += rows[r, 0]
-        over += rows[r, 1]
-        stray += rows[r, 2]
-        gain += rows[r, 3]
-        under += rows[r, 4]
-        square += rows[r, 5]
-    area = cell * cell
-    result[0] = (haul + job.mean_haul * under) * area
+@entry(forceinline=True)
+def measure(height, job: Job, cell, changed, sums: Sums):
+    """Add up the blocks of height[rows, cols] in which the cells changed[0]:changed[1], changed[2]:changed[3] lie.
+
+    Fills `sums`; those of the other blocks have to be there from an earlier call.
+    """
+    if changed[0] < changed[1] and changed[2] < changed[3]:
+        for b in range(changed[0] // SIDE, (changed[1] - 1) // SIDE + 1):
+            for k in range(changed[2] // SIDE, (changed[3] - 1) // SIDE + 1):
+                _add_block(height, job.target, job.haul, job.kind, b * SIDE, k * SIDE, sums.blocks[b, k])
+            _add_up(sums.blocks[b], sums.bands[b])
+    _add_up(sums.bands, sums.total)
+    _conclude(job, cell * cell, sums.total, sums.result)
+
+
+@kernel(forceinline=True)
+def _add_block(height, target, haul, kind, r0, c0, block):
+    """Fill block[SUMS] for the cells from row r0 and column c0 on; most of them are as they should be, and add nothing.
+
+    The sums [m of one cell]: soil above the target times its way, that outside the goal, that which is stray; gain in
+    the goal; what the design lacks; the square of its error.
+    """
+    rows, cols = height.shape
+    way = over = stray = gain = lack = square = 0.0
+    for r in range(r0, min(r0 + SIDE, rows)):
+        for c in range(c0, min(c0 + SIDE, cols)):
+            off = np.float64(height[r, c] - target[r, c])
+            if off == 0.0:
+                continue
+            if off > 0.0:
+                way += off * haul[r, c]
+                over += off if kind[r, c] & OUTSIDE else 0.0
+                stray += off if kind[r, c] & STRAY else 0.0
+            gain += off if kind[r, c] & GOAL else 0.0
+            if kind[r, c] & DESIGN:
+                lack += max(-off, 0.0)
+                square += off * off
+    block[0], block[1], block[2], block[3], block[4], block[5] = way, over, stray, gain, lack, square
+
+
+@kernel(forceinline=True)
+def _add_up(parts, total):
+    """Sum parts[n, SUMS] over the parts to total[SUMS]."""
+    way = over = stray = gain = lack = square = 0.0
+    for i in range(parts.shape[0]):
+        way += parts[i, 0]
+        over += parts[i, 1]
+        stray += parts[i, 2]
+        gain += parts[i, 3]
+        lack += parts[i, 4]
+        square += parts[i, 5]
+    total[0], total[1], total[2], total[3], total[4], total[5] = way, over, stray, gain, lack, square
+
+
+@kernel(forceinline=True)
+def _conclude(job, area, total, result):
+    """Fill result[5] (see Remaining) from the sums over all cells; `area` of a cell [m2]."""
+    way, over, stray, gain, lack, square = total[0], total[1], total[2], total[3], total[4], total[5]
+    result[0] = (way + job.mean_haul * lack) * area
     result[1] = over * area
-    result[2] = max(0.0, min(gain * area + job.missing - under * area, job.soil - over * area))
+    result[2] = max(0.0, min(gain * area + job.missing - lack * area, job.soil - over * area))
     result[3] = stray * area
-    result[4] = sqrt(square / job.design_cells)
-
-
-@kernel
-def _add_row(height, target, haul, outside, stray, goal, sums):
-    """Sums over one row [cols]: soil above the target times its way, outside the goal, stray; gain in the goal."""
-    way = over = astray = gain = 0.0
-    for c in range(height.shape[0]):
-        off = float(height[c]) - float(target[c])
-        excess = max(off, 0.0)
-        way += excess * haul[c]
-        over += excess * outside[c]
-        astray += excess * stray[c]
-        gain += off * goal[c]
-    sums[0] = way
-    sums[1] = over
-    sums[2] = astray
-    sums[3] = gain
-
-
-@kernel
-def _add_design(height, target, design, changed, rows):
-    """Sums over changed rows of the soil that the design lacks [m], and of the square of the error [m2]."""
-    if design is None:
-        return
-    for r in range(changed[0], changed[1]):
-        lack = square = 0.0
-        for c in range(height.shape[1]):
-            off = float(height[r, c]) - float(target[r, c])
-            lack += max(-off, 0.0) * design[r, c]
-            square += off * off * design[r, c]
-        rows[r, 4] = lack
-        rows[r, 5] = square
+    result[4] = sqrt(square / job.design_cells) if job.design_cells > 0.0 else 0.0

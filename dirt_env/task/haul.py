@@ -4,9 +4,8 @@ from math import sqrt
 
 import numpy as np
 
+from dirt_env.sim.distance import FAR, nearest_cells
 from dirt_env.sim.jit import entry, kernel
-
-FAR = 1e30
 
 
 def haul_distance(welcome: np.ndarray, solid: np.ndarray | None, cell: float) -> np.ndarray:
@@ -18,73 +17,10 @@ def haul_distance(welcome: np.ndarray, solid: np.ndarray | None, cell: float) ->
     """
     if not welcome.any():
         return np.full(welcome.shape, cell)
-    distance, row, col = (np.empty(welcome.shape, dtype) for dtype in (np.float64, np.int64, np.int64))
-    _straight(welcome, distance, row, col)
+    distance, row, col = nearest_cells(welcome)
     if solid is not None and solid.any():
-        _around(solid, distance, row, col)
+        _around(np.ascontiguousarray(solid), distance, row, col)
     return distance * cell
-
-
-@entry
-def _straight(welcome, distance, near_row, near_col):
-    """Exact distance [cells] to the nearest welcome cell, and which that is. Felzenszwalb and Huttenlocher 2012."""
-    rows, cols = welcome.shape
-    row = np.empty((rows, cols), np.int64)
-    for c in range(cols):
-        _nearest_in_column(welcome[:, c], row[:, c])
-    vertex = np.empty(cols, np.int64)
-    border = np.empty(cols + 1, np.float64)
-    for r in range(rows):
-        _nearest_in_row(r, row, vertex, border, near_col[r])
-        for c in range(cols):
-            k = near_col[r, c]
-            near_row[r, c] = row[r, k]
-            distance[r, c] = sqrt((c - k) ** 2 + (r - row[r, k]) ** 2)
-
-
-@kernel
-def _nearest_in_column(welcome, nearest):
-    """Row of the nearest welcome cell in one column; -1 if there is none."""
-    rows = welcome.shape[0]
-    last = -1
-    for r in range(rows):
-        if welcome[r]:
-            last = r
-        nearest[r] = last
-    last = -1
-    for r in range(rows - 1, -1, -1):
-        if welcome[r]:
-            last = r
-        if last >= 0 and (nearest[r] < 0 or last - r < r - nearest[r]):
-            nearest[r] = last
-
-
-@kernel
-def _nearest_in_row(r, row, vertex, border, nearest):
-    """Column whose nearest welcome cell is nearest to each cell of row r: lower envelope of parabolas."""
-    cols = nearest.shape[0]
-    k = -1
-    for c in range(cols):
-        if row[r, c] < 0:
-            continue
-        height = (r - row[r, c]) ** 2 + c * c
-        cross = -FAR
-        while k >= 0:
-            v = vertex[k]
-            cross = (height - (r - row[r, v]) ** 2 - v * v) / (2.0 * (c - v))
-            if cross > border[k]:
-                break
-            k -= 1
-            cross = -FAR
-        k += 1
-        vertex[k] = c
-        border[k] = cross
-        border[k + 1] = FAR
-    k = 0
-    for c in range(cols):
-        while border[k + 1] < c:
-            k += 1
-        nearest[c] = vertex[k]
 
 
 @entry
@@ -93,23 +29,51 @@ def _around(solid, distance, near_row, near_col):
     rows, cols = distance.shape
     way = np.full((rows + 2, cols + 2), FAR)
     shadow = np.zeros((rows, cols), np.bool_)
-    for r in range(rows):
-        for c in range(cols):
-            if solid[r, c]:
-                continue
-            shadow[r, c] = not _in_sight(solid, r, c, near_row[r, c], near_col[r, c])
-            if not shadow[r, c]:
-                way[r + 1, c + 1] = distance[r, c]
+    box = np.array([rows, 0, cols, 0])  # of the shadow
+    _cast_shadows(solid, distance, near_row, near_col, shadow, way, box)
     change = FAR
     while change > 1e-9:
         change = 0.0
         for south in (True, False):
             for west in (True, False):
-                change = max(change, _sweep(shadow, way, south, west))
-    for r in range(rows):
-        for c in range(cols):
+                change = max(change, _sweep(shadow, way, box, south, west))
+    for r in range(box[0], box[1]):
+        for c in range(box[2], box[3]):
             if shadow[r, c] and way[r + 1, c + 1] < FAR:
                 distance[r, c] = way[r + 1, c + 1]
+
+
+@kernel
+def _cast_shadows(solid, distance, near_row, near_col, shadow, way, box):
+    """Mark the cells that do not see the cell nearest to them; the others' ways are their distances."""
+    count = _count_solid(solid)
+    for r in range(solid.shape[0]):
+        for c in range(solid.shape[1]):
+            if solid[r, c]:
+                continue
+            to_row, to_col = near_row[r, c], near_col[r, c]
+            r0, r1 = min(r, to_row), max(r, to_row) + 1
+            c0, c1 = min(c, to_col), max(c, to_col) + 1
+            near = count[r1, c1] - count[r0, c1] - count[r1, c0] + count[r0, c0]
+            if near > 0 and not _in_sight(solid, r, c, to_row, to_col):
+                shadow[r, c] = True
+                box[0], box[1] = min(box[0], r), max(box[1], r + 1)
+                box[2], box[3] = min(box[2], c), max(box[3], c + 1)
+            else:
+                way[r + 1, c + 1] = distance[r, c]
+
+
+@kernel
+def _count_solid(solid):
+    """Number of solid cells south and west of each corner of the grid, i4[rows + 1, cols + 1]."""
+    rows, cols = solid.shape
+    count = np.zeros((rows + 1, cols + 1), np.int32)
+    for r in range(rows):
+        in_row = 0
+        for c in range(cols):
+            in_row += solid[r, c]
+            count[r + 1, c + 1] = count[r, c + 1] + in_row
+    return count
 
 
 @kernel
@@ -123,14 +87,14 @@ def _in_sight(solid, r, c, to_row, to_col):
 
 
 @kernel
-def _sweep(shadow, way, south, west):
+def _sweep(shadow, way, box, south, west):
     """One pass of |grad way| = 1 over the shadowed cells from one corner; the largest change [cells]."""
-    rows, cols = shadow.shape
+    r0, r1, c0, c1 = box[0], box[1], box[2], box[3]
     change = 0.0
-    for i in range(rows):
-        r = i if south else rows - 1 - i
-        for j in range(cols):
-            c = j if west else cols - 1 - j
+    for i in range(r1 - r0):
+        r = r0 + i if south else r1 - 1 - i
+        for j in range(c1 - c0):
+            c = c0 + j if west else c1 - 1 - j
             if not shadow[r, c]:
                 continue
             a = min(way[r, c + 1], way[r + 2, c + 1])

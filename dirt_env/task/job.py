@@ -5,32 +5,34 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.task.haul import haul_distance
+from dirt_env.task.kinds import set_targets, weigh_cells
+from dirt_env.task.region_centres import middle_of, region_centres
 
 
 class Job(NamedTuple):
-    """Constants of one episode for the kernels; arrays are f4[rows, cols] unless a shape is given.
+    """Constants of one episode for the kernels.
 
-    `target` [m]: soil above it is misplaced outside the goal. `haul` [m]: way to the goal, 0 in it and in walls.
-    `outside`, `goal`, `stray`, `design`: 1 where a cell is outside the goal; in it; outside goal, start and design; in
-    the design region (None if there is none). `low`, `high` [m]: bounds of what is to do in a cell (see observation).
-    `solid`: bool, walls (None if there are none). `centers` f8[n, 2] x, y of the goals [m]. `mean_haul` [m]: way that
-    missing soil is taken to come. `missing` [m3]: what goal and design lack at the start. `soil` [m3]: soil to move.
+    `target` f4[rows, cols] m: soil above it is misplaced outside the goal. `aim` f4[rows, cols] m: the same for the
+    observation, but -HUGE in goals, where any soil is welcome, and HUGE in walls, where there is nothing to do. `haul`
+    f4[rows, cols] m: way to the goal, 0 in it and in walls. `kind` u1[rows, cols]: bits of `dirt_env.task.kinds`.
+    `centers` f8[n, 2] m: x, y of the goals.
+
+    `mean_haul` m: way that missing soil is taken to come. `missing` m3: what goal and design lack at the start. `soil`
+    m3: soil to move. `design_cells`: their number, 0 if the job has no design. `goal_depth`, `limit` m: what the
+    observation says is missing in a goal, and its bound elsewhere.
     """
 
     target: np.ndarray
+    aim: np.ndarray
     haul: np.ndarray
-    outside: np.ndarray
-    goal: np.ndarray
-    stray: np.ndarray
-    design: np.ndarray | None
-    low: np.ndarray
-    high: np.ndarray
-    solid: np.ndarray | None
+    kind: np.ndarray
     centers: np.ndarray
     mean_haul: float
     missing: float
     soil: float
     design_cells: float
+    goal_depth: float
+    limit: float
 
 
 def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: float) -> Job:
@@ -38,82 +40,33 @@ def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: 
 
     `goal_depth` [m] is what the observation says is missing in the goal, `limit` [m] its bound elsewhere.
     """
-    solid = np.zeros(layout.goal.shape, bool) if layout.solid is None else layout.solid
-    design = np.zeros_like(solid) if layout.design is None else layout.design & ~solid
-    target = _settled_target(ground, layout, design)
-    off = ground.astype(np.float64) - target
-    lacking = design & (off < 0.0)
-    goal = layout.goal & ~solid
-    if not goal.any() and not lacking.any():  # a pit and no word of where its soil should go: anywhere else
-        goal = ~design & ~solid
-    outside = ~goal & ~solid
-    haul = haul_distance(goal | lacking, layout.solid, cell)
-    haul[design] = np.maximum(haul[design], cell)  # too much soil in a fill is not in place either
-    haul *= outside
-    excess = np.where(outside, np.maximum(off, 0.0), 0.0)
-    f4 = np.float32
+    shape = ground.shape
+    none = np.zeros(shape, bool)
+    solid, design = (none if mask is None else mask for mask in (layout.solid, layout.design))
+    target, wanted, welcome = np.empty(shape), np.empty(shape, bool), np.empty(shape, bool)
+    counts = set_targets(ground, layout.height, layout.target, design, layout.goal, solid, target, wanted, welcome)
+    haul = haul_distance(welcome, layout.solid, cell)
+    kind, aim, sums = np.empty(shape, np.uint8), np.empty(shape, np.float32), np.empty(4)
+    weigh_cells(ground, target, wanted, layout.start, design, solid, cell, haul, kind, aim, sums)
+    way, excess, missing, design_cells = sums.tolist()
     return Job(
-        target=target.astype(f4),
-        haul=haul.astype(f4),
-        outside=outside.astype(f4),
-        goal=goal.astype(f4),
-        stray=(outside & ~layout.start & ~design).astype(f4),
-        design=None if layout.design is None else (design & outside).astype(f4),
-        low=np.where(goal, -goal_depth, np.where(design, -limit, 0.0)).astype(f4),
-        high=np.where(goal, -goal_depth, np.where(solid, 0.0, limit)).astype(f4),
-        solid=layout.solid,
-        centers=_goal_centers(goal, lacking, design, cell),
-        mean_haul=float((excess * haul).sum() / excess.sum()) if excess.any() else cell,
-        missing=float(-off[goal | (lacking & outside)].sum() * cell * cell),
+        target=target.astype(np.float32),
+        aim=aim,
+        haul=haul.astype(np.float32),
+        kind=kind,
+        centers=_centers(counts, wanted, welcome, design, cell),
+        mean_haul=way / excess if excess > 0.0 else cell,
+        missing=missing * cell * cell,
         soil=float(layout.soil),
-        design_cells=float(max((design & outside).sum(), 1)),
+        design_cells=0.0 if layout.design is None else max(design_cells, 1.0),
+        goal_depth=float(goal_depth),
+        limit=float(limit),
     )
 
 
-def _settled_target(ground: np.ndarray, layout, design: np.ndarray) -> np.ndarray:
-    """Target [m], moved with the ground where that has settled, so that untouched ground is never misplaced soil."""
-    follows = ground - (layout.height - layout.target)
-    return np.where(design, layout.target, follows)
-
-
-def _goal_centers(goal: np.ndarray, lacking: np.ndarray, design: np.ndarray, cell: float) -> np.ndarray:
-    """Centres x, y [m] of the goal regions, else of the fill, else of the design; f8[n, 2]."""
-    if goal.any():
-        parts = list(_connected(goal))
-    else:
-        parts = [next((cells for cells in (lacking, design) if cells.any()), np.ones_like(goal))]
-    return np.array([_center(part, cell) for part in parts])
-
-
-def _center(region: np.ndarray, cell: float) -> tuple[float, float]:
-    """Centroid x, y [m] of the region, or where that lies outside of it, the middle of the region's nearest cell."""
-    row, col = np.nonzero(region)
-    middle_row, middle_col = row.mean(), col.mean()
-    if not region[int(middle_row + 0.5), int(middle_col + 0.5)]:
-        i = np.argmin((row - middle_row) ** 2 + (col - middle_col) ** 2)
-        middle_row, middle_col = row[i], col[i]
-    return (middle_col + 0.5) * cell, (middle_row + 0.5) * cell
-
-
-def _connected(region: np.ndarray):
-    """Connected parts (over edges) of a mask, from south to north."""
-    rest = region.copy()
-    while rest.any():
-        part = np.zeros_like(rest)
-        part.flat[np.argmax(rest)] = True
-        size = 0
-        while size != (size := int(part.sum())):
-            for axis in (0, 1):
-                part |= _fill_along(part, rest, axis)
-        yield part
-        rest &= ~part
-
-
-def _fill_along(part: np.ndarray, region: np.ndarray, axis: int) -> np.ndarray:
-    """Part grown along an axis, both ways, as far as the region goes."""
-    grown = part.copy()
-    for view, mask in ((grown, region), (np.flip(grown, axis), np.flip(region, axis))):
-        lines, cells = (np.moveaxis(array, axis, 0) for array in (view, mask))
-        for i in range(1, len(lines)):
-            lines[i] |= lines[i - 1] & cells[i]
-    return grown
+def _centers(counts: tuple[int, int], wanted: np.ndarray, welcome: np.ndarray, design: np.ndarray, cell: float):
+    """Centres x, y [m] of the goal's regions, else of the fill, else of the design; f8[n, 2]."""
+    goals, lacks = counts
+    if goals:
+        return region_centres(wanted, cell)
+    return middle_of(welcome if lacks else design if design.any() else np.ones_like(design), cell)

@@ -1,6 +1,6 @@
 """What a policy is shown: a patch of ground around the machine, a vector about the machine, maps of the whole site."""
 
-from math import cos, floor, hypot, sin
+from math import cos, hypot, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,8 @@ import numpy as np
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.params import Blade, Grid, Machine
 from dirt_env.task.job import Job
+from dirt_env.task.patch import CHANNELS, fill_patch
+from dirt_env.task.site_map import MAP_LIMIT, OVERVIEW, fill_map, fill_overview
 
 POSE_ENTRIES = (
     "x",
@@ -28,9 +30,6 @@ POSE_ENTRIES = (
 )
 """Order of the pose vector; `pose_table` has units and scales, `read_pose` turns it back into physical units."""
 
-OVERVIEW = 12  # squares along one side
-MAP_LIMIT = 1000.0  # m
-
 
 class PoseEntry(NamedTuple):
     """One entry of the pose vector: observed = (physical - offset) / scale, clipped to [low, high]."""
@@ -47,8 +46,8 @@ class View(NamedTuple):
     """Constants of the observation for the kernel. Lengths in m.
 
     `ahead` is the share of the patch that lies ahead of the pivot; heights are clipped to `limit` either way; `beyond`
-    is what the ground outside the site looks like, over the ground under the machine; the rest are the columns of
-    `pose_table`.
+    is what the ground outside the site looks like, over the ground under the machine; `channels` i8[n] are the patch's,
+    as numbers of CHANNELS; the rest are the columns of `pose_table`.
     """
 
     resolution: float
@@ -56,6 +55,7 @@ class View(NamedTuple):
     limit: float
     beyond: float
     overview_cell: float
+    channels: np.ndarray
     offset: np.ndarray
     scale: np.ndarray
     low: np.ndarray
@@ -100,32 +100,47 @@ def read_pose(pose: np.ndarray, table: tuple[PoseEntry, ...]) -> dict[str, float
 
 
 def make_view(
-    table: tuple[PoseEntry, ...], grid: Grid, resolution: float, ahead: float, limit: float, beyond: float
+    table: tuple[PoseEntry, ...],
+    grid: Grid,
+    resolution: float,
+    ahead: float,
+    limit: float,
+    beyond: float,
+    channels: tuple[str, ...],
 ) -> View:
     """Constants of the observation; the squares of the overview together are as wide as the site's longer side."""
     columns = {name: np.array([getattr(entry, name) for entry in table]) for name in ("offset", "scale", "low", "high")}
     side = max(grid.rows, grid.cols) * grid.cell
-    return View(resolution, ahead, limit, min(max(beyond, -limit), limit), side / OVERVIEW, **columns)
+    beyond = min(max(beyond, -limit), limit)
+    return View(
+        resolution, ahead, limit, beyond, side / OVERVIEW, np.array(list(map(CHANNELS.index, channels))), **columns
+    )
 
 
 def bounds(
-    grid: Grid, table: tuple[PoseEntry, ...], size: int, limit: float, walls: bool, overview: bool, site_map: bool
+    grid: Grid,
+    table: tuple[PoseEntry, ...],
+    size: int,
+    channels: tuple[str, ...],
+    limit: float,
+    walls: bool,
+    overview: bool,
+    site_map: bool,
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Lowest and highest value of every array of an observation, by name; f4.
 
-    Heights end at `limit` [m] either way; with `walls`, obstacles get a channel.
+    `channels` are the patch's; heights end at `limit` [m] either way; with `walls`, the map has a channel for them.
     """
-    ground, squares = [(-limit, limit)] * 2, [(0.0, 4.0), (0.0, 1.0)]
-    site = [(-MAP_LIMIT, MAP_LIMIT), (-limit, limit)]
-    wall = [(0.0, 1.0)] if walls else []
+    ends = {"height": (-limit, limit), "todo": (-limit, limit), "walls": (0.0, 1.0)}
+    squares, site = [(0.0, 4.0), (0.0, 1.0)], [(-MAP_LIMIT, MAP_LIMIT), ends["todo"]]
     found = {
-        "patch": _stack(ground + wall, (size, size)),
+        "patch": _stack([ends[name] for name in channels], (size, size)),
         "pose": tuple(np.array([getattr(entry, end) for entry in table], np.float32) for end in ("low", "high")),
     }
     if overview:
         found["overview"] = _stack(squares, (OVERVIEW, OVERVIEW))
     if site_map:
-        found["map"] = _stack(site + wall, (grid.rows, grid.cols))
+        found["map"] = _stack(site + [ends["walls"]] * walls, (grid.rows, grid.cols))
     return found
 
 
@@ -136,44 +151,17 @@ def _stack(channels: list[tuple[float, float]], shape: tuple[int, int]) -> tuple
     return tuple(np.broadcast_to(end[:, None, None], full).copy() for end in (low, high))
 
 
-@entry
+@entry(forceinline=True)
 def observe(height, job: Job, machine, cell, view: View, remaining, time_left, sight: Sight):
     """Fill the arrays of `sight` from height[rows, cols] and the machine's record; shares `remaining`, `time_left`."""
     pose = machine[0]
-    _fill_patch(height, job, job.solid, pose, cell, view, sight.patch)
+    fill_patch(height, job, pose, cell, view, sight.patch)
     _fill_pose(job, pose, view, remaining, time_left, sight.pose)
-    _fill_overview(height, job, pose, cell, view, sight.overview)
-    _fill_map(height, job, job.solid, sight.map)
+    fill_overview(height, job, pose, cell, view, sight.overview)
+    fill_map(height, job, sight.map)
 
 
-@kernel
-def _fill_patch(height, job, solid, pose, cell, view, patch):
-    """Nearest cell to each pixel; row 0 is farthest ahead, column 0 farthest left."""
-    rows, cols = height.shape
-    size = patch.shape[1]
-    step = view.resolution / cell
-    east, north = cos(pose.heading) * step, sin(pose.heading) * step
-    ahead, left = view.ahead * size - 0.5, 0.5 * size - 0.5
-    ground = pose.z
-    for i in range(size):
-        x = pose.x / cell + (ahead - i) * east - left * north
-        y = pose.y / cell + (ahead - i) * north + left * east
-        for j in range(size):
-            c, r = floor(x + j * north), floor(y - j * east)
-            if c >= 0 and c < cols and r >= 0 and r < rows:
-                h = float(height[r, c])
-                patch[0, i, j] = min(max(h - ground, -view.limit), view.limit)
-                patch[1, i, j] = min(max(h - job.target[r, c], job.low[r, c]), job.high[r, c])
-                if solid is not None:
-                    patch[2, i, j] = solid[r, c]
-            else:
-                patch[0, i, j] = view.beyond
-                patch[1, i, j] = 0.0
-                if solid is not None:
-                    patch[2, i, j] = 1.0
-
-
-@kernel
+@kernel(forceinline=True)
 def _fill_pose(job, pose, view, remaining, time_left, out):
     """Write the entries in the order of POSE_ENTRIES, scaled and clipped."""
     distance, east, north = _to_goal(job.centers, pose.x, pose.y)
@@ -210,46 +198,3 @@ def _to_goal(centers, x, y):
     distance = hypot(east, north)
     share = 1.0 / distance if distance > 0.0 else 0.0
     return distance, east * share, north * share
-
-
-@kernel
-def _fill_overview(height, job, pose, cell, view, overview):
-    """Soil to move (of all soil) and goal (of all goal cells) in squares around the machine, its heading up.
-
-    What lies beyond the outermost squares counts to them, so that nothing is out of sight.
-    """
-    if overview is None:
-        return
-    rows, cols = height.shape
-    last = overview.shape[1] - 1
-    overview[:] = 0.0
-    step = cell / view.overview_cell
-    east, north = cos(pose.heading) * step, sin(pose.heading) * step
-    volume = cell * cell / job.soil
-    goal = 0.0
-    for r in range(rows):
-        for c in range(cols):
-            dx, dy = c + 0.5 - pose.x / cell, r + 0.5 - pose.y / cell
-            i = min(max(floor(0.5 * (last + 1) - dx * east - dy * north), 0), last)
-            j = min(max(floor(0.5 * (last + 1) + dx * north - dy * east), 0), last)
-            excess = max(float(height[r, c]) - float(job.target[r, c]), 0.0)
-            overview[0, i, j] += excess * job.outside[r, c] * volume
-            overview[1, i, j] += job.goal[r, c]
-            goal += job.goal[r, c]
-    for i in range(last + 1):
-        for j in range(last + 1):
-            overview[0, i, j] = min(overview[0, i, j], 4.0)
-            overview[1, i, j] /= max(goal, 1.0)
-
-
-@kernel
-def _fill_map(height, job, solid, site):
-    """Height over the datum, what is to do, walls; in the world frame, row 0 in the south."""
-    if site is None:
-        return
-    for r in range(height.shape[0]):
-        for c in range(height.shape[1]):
-            site[0, r, c] = min(max(height[r, c], -MAP_LIMIT), MAP_LIMIT)
-            site[1, r, c] = min(max(height[r, c] - job.target[r, c], job.low[r, c]), job.high[r, c])
-            if solid is not None:
-                site[2, r, c] = solid[r, c]

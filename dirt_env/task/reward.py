@@ -1,7 +1,8 @@
 """Reward terms: named, without weights; an episode's reward is their weighted sum."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import GRAVITY
 from dirt_env.sim.params import Soil
 from dirt_env.task.goal import Remaining
@@ -9,8 +10,7 @@ from dirt_env.task.goal import Remaining
 TERMS = ("work", "energy", "time", "spill", "success")
 
 
-@dataclass(frozen=True)
-class Scale:
+class Scale(NamedTuple):
     """What the terms of one episode are measured in.
 
     `potential` [m4] at the start; `energy` [J] of dragging all the soil straight to the goal; `steps` in the nominal
@@ -30,17 +30,18 @@ def scale_of(start: Remaining, soil: Soil, volume: float, period: float, time: f
     return Scale(potential, energy, time / period, max(volume, 1e-9))
 
 
+@kernel
 def reward_terms(
-    before: Remaining, after: Remaining, work: float, lost: float, finished: bool, scale: Scale
-) -> dict[str, float]:
-    """Terms of one step that did `work` [J] and lost `lost` [m3] over the border, by name (see TERMS).
+    before: float, after: float, work: float, lost: float, finished: bool, scale: Scale
+) -> tuple[float, float, float, float, float]:
+    """The TERMS of one step that took the potential [m4] from `before` to `after`, did `work` [J] and lost `lost` [m3].
 
-    `work` is a difference of potentials: over any loop it adds up to nothing, over a whole job to 1.
+    The first is a difference of potentials: over any loop it adds up to nothing, over a whole job to 1.
     """
-    return {
-        "work": (before.potential - after.potential) / scale.potential,
-        "energy": -work / scale.energy,
-        "time": -1.0 / scale.steps,
-        "spill": -lost / scale.soil,
-        "success": 1.0 if finished else 0.0,
-    }
+    return (
+        (before - after) / scale.potential,
+        -work / scale.energy,
+        -1.0 / scale.steps,
+        -lost / scale.soil,
+        1.0 if finished else 0.0,
+    )

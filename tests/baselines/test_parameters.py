@@ -3,7 +3,7 @@
 from dataclasses import fields
 
 import pytest
-from dirt_env.baselines.pushing.parameters import Parameters, range_of
+from dirt_env.baselines.pushing.parameters import GreedyParameters, Parameters, range_of
 
 
 @pytest.mark.parametrize("entry", fields(Parameters), ids=lambda entry: entry.name)
@@ -15,5 +15,6 @@ def test_a_number_outside_its_range_is_refused_with_the_range(entry):
 
 
 def test_the_ends_of_the_ranges_are_allowed():
-    for end in (0, 1):
-        Parameters(**{entry.name: range_of(entry)[end] for entry in fields(Parameters)})
+    for kind in (Parameters, GreedyParameters):
+        for end in (0, 1):
+            kind(**{entry.name: range_of(entry)[end] for entry in fields(kind)})

@@ -8,6 +8,7 @@ import zlib
 import numpy as np
 import pytest
 
+from dirt_env.render.cell_track import Cells
 from dirt_env.render.replay import Recorder
 
 
@@ -167,6 +168,73 @@ def test_a_title_that_is_no_unicode_is_written(site, make_pose, tmp_path):
     recorder.title = "gr\udcfcn"
     recorder.write_html(tmp_path / "replay.html")
     assert payload((tmp_path / "replay.html").read_text("utf-8"))["title"] == "gr?n"
+
+
+def with_cells(site, make_pose, every=1):
+    """A recording of cells that come and go, with some in the air, and the fills that went in."""
+    recorder = Recorder("Cells", "", site.cell, site.blade, site.machine, every=every)
+    recorder.begin("", start=site.start, goal=site.goal, target=site.target)
+    rng = np.random.default_rng(0)
+    fill = np.zeros((*site.height.shape, 5))
+    fill[:, :, :2] = 1.0
+    fills = []
+    for step in range(40):
+        fill[rng.integers(24, size=30), rng.integers(40, size=30), rng.integers(2, 5, size=30)] = rng.random(30)
+        fills.append(fill.copy())
+        recorder.add(site.height, make_pose(), 0.5 * step, {}, Cells(fill, -1.0, 0.5))
+    return recorder, fills
+
+
+def decoded_fills(episode):
+    """The fills as a reader would get them who has only the description of the format."""
+    shape = episode["rows"], episode["cols"], episode["cells"]["levels"]
+    stream = numbers(episode["cells"]["fills"], np.uint8)
+    now, at = stream[: np.prod(shape)].copy(), int(np.prod(shape))
+    frames = [now.copy()]
+    while at < len(stream):
+        count = int(stream[at : at + 4].view("<u4")[0])
+        steps = stream[at + 4 : at + 4 + 4 * count].reshape(4, count).astype(int)
+        places = np.cumsum(steps[0] + 256 * steps[1] + 65536 * steps[2] + 16777216 * steps[3])
+        now[places] = stream[at + 4 + 4 * count : at + 4 + 5 * count]
+        at += 4 + 5 * count
+        frames.append(now.copy())
+    return np.array(frames).reshape(-1, *shape) / episode["cells"]["per_fill"]
+
+
+@pytest.mark.parametrize("every", [1, 7])
+def test_html_carries_the_cells_to_a_four_hundredth(site, make_pose, tmp_path, every):
+    recorder, fills = with_cells(site, make_pose, every)
+    recorder.write_html(tmp_path / "replay.html")
+    episode = payload((tmp_path / "replay.html").read_text("utf-8"))["episodes"][0]
+    kept = sorted({*range(0, 40, every), 39})
+    assert episode["cells"].items() >= {"bottom": -1.0, "dy": 0.5, "levels": 5, "per_fill": 200}.items()
+    found = decoded_fills(episode)
+    assert len(found) == len(kept)
+    assert np.abs(found - np.array(fills)[kept]).max() <= 1 / 400 + 1e-12
+    assert len(numbers(episode["cells"]["fills"], np.uint8)) < fills[0].size * (1 + len(kept) / 4)
+
+
+def test_cells_of_large_sites_are_recorded_coarser(site, make_pose, tmp_path):
+    recorder = Recorder("", "", 0.5, site.blade, site.machine)
+    nothing = np.zeros((300, 520), bool)
+    recorder.begin("", start=nothing, goal=nothing, target=np.zeros(nothing.shape))
+    fill = np.zeros((300, 520, 2))
+    fill[:3, :3, 0], fill[0, :3, 1] = 1.0, 0.75
+    recorder.add(np.zeros(nothing.shape), make_pose(), 0.0, {}, Cells(fill, 0.0, 0.5))
+    recorder.write_html(tmp_path / "replay.html")
+    episode = payload((tmp_path / "replay.html").read_text("utf-8"))["episodes"][0]
+    assert decoded_fills(episode)[0, 0, :2].tolist() == [[1.0, 0.25], [0.0, 0.0]]
+
+
+def test_cells_are_recorded_always_or_never(site, make_pose):
+    recorder, _ = record(site, make_pose)
+    with pytest.raises(ValueError, match="at every moment of an episode, or at none"):
+        recorder.add(site.height, make_pose(), 6.0, {}, Cells(np.zeros((24, 40, 2)), 0.0, 0.5))
+    assert len(recorder.tracks[0]) == 12
+    recorder, _ = with_cells(site, make_pose)
+    with pytest.raises(ValueError, match=r"fill has shape \(24, 40, 3\); allowed: \(24, 40, 5\)"):
+        recorder.add(site.height, make_pose(), 20.0, {}, Cells(np.zeros((24, 40, 3)), 0.0, 0.5))
+    assert len(recorder.tracks[0]) == 40
 
 
 def test_misuse_is_named(site, make_pose, tmp_path):

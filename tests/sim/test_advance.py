@@ -126,6 +126,7 @@ def test_substeps_follow_the_faster_end_of_the_blade():
     assert substeps(2.0, 0.0, 0.5, 0.5, BLADE) == 4
     assert substeps(-2.0, 0.0, 0.5, 0.25, BLADE) == 8
     assert substeps(0.0, pi, 1.0, 0.5, BLADE) == 27
+    assert substeps(0.88, -0.6, 0.5, 0.5, BLADE) == 4  # the outer end does 1.78 m/s ahead and 0.9 m/s across
 
 
 @pytest.mark.parametrize("dt", [0.1, 2.0])

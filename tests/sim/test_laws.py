@@ -6,9 +6,9 @@ import pytest
 from dirt_env.sim.laws import link_excess, push_work, quantise, slump_share
 
 
-def test_the_share_that_slumps_is_the_excess_over_repose():
-    assert slump_share(2.0, 0.0, 1.0, 1.0) == 0.5
-    assert slump_share(3.0, 4.0, 1.0, 1.0) == pytest.approx(0.8)
+def test_the_share_that_slumps_grows_with_the_excess_over_repose():
+    assert slump_share(2.0, 0.0, 1.0, 1.0) == 0.75
+    assert slump_share(3.0, 4.0, 1.0, 1.0) == pytest.approx(0.96)
     assert slump_share(1.0, 0.0, 1.0, 1.001) == 0.0
     assert slump_share(0.0, 0.0, 1.0, 1.0) == 0.0
 

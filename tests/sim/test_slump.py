@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from dirt_env.sim.advance import settle
 from dirt_env.sim.blade import Line
 from dirt_env.sim.diagnostics import steepest, volume
-from dirt_env.sim.slump import relax, settle_window
+from dirt_env.sim.slump import at_rest, limits, relax, settle_window
 from dirt_env.sim.state import make_world
 from tests import naive
 from tests.sim.worlds import FINE, SOIL, line_at, settled, soil_of, world_of
@@ -33,7 +33,7 @@ def test_settling_equals_the_whole_map_twin_to_the_last_bit(dtype, solid, open_b
     ground[8:11, 6:9] += 3.0
     world, grid = world_of(ground, solid=solid, open_border=open_border, dtype=dtype)
     expected, sweeps, lost = naive.settle(world.height, world.quantum, 0.5, SOIL, solid, world.outside)
-    assert settle(world, grid, SOIL) == sweeps
+    assert settle(world, grid, SOIL, "explicit") == sweeps
     np.testing.assert_array_equal(world.height, expected)
     assert world.tally[0].lost == pytest.approx(lost * 0.25, abs=1e-12)
 
@@ -164,6 +164,23 @@ def test_a_table_with_open_edges_keeps_the_slope_to_the_nearest_edge():
     assert volume(world.height, cell) + world.tally[0].lost == before
 
 
+def test_what_is_left_pending_lies_on_the_map_where_the_border_is_open():
+    ground = np.zeros((12, 14))
+    world, grid = world_of(ground, open_border=True)
+    world.height[0, 3:6], world.height[8, 13] = 9.0, 9.0
+    world.pending[:] = (0, 9, 3, 14)
+    settle_window(world, grid, SOIL._replace(max_sweeps=3), AWAY)
+    assert world.tally[0].lost > 0
+    r0, r1, c0, c1 = world.pending
+    assert 0 <= r0 < r1 <= 12
+    assert 0 <= c0 < c1 <= 14
+    settle(world, grid, SOIL)
+    full, _ = world_of(ground, open_border=True)
+    full.height[0, 3:6], full.height[8, 13] = 9.0, 9.0
+    settle(full, grid, SOIL)
+    np.testing.assert_array_equal(world.height, full.height)
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2)])
 def test_tiny_grids_settle_to_the_slope(shape):
     ground = np.zeros(shape)
@@ -190,6 +207,28 @@ def test_without_friction_the_ground_floods_level():
     world, _, _ = settled(ground, 0.5, soil_of(0.0))
     np.testing.assert_allclose(world.height, 12.0 / 144, atol=2e-3)
     assert world.height.sum(dtype=np.float64) == 12.0
+
+
+def test_where_the_ground_is_taken_to_be_at_rest_a_blade_changes_nothing():
+    rng = np.random.default_rng(5)
+    answers = []
+    for size in (0.05, 0.1, 0.15, 0.2) * 10:
+        world, grid, _ = settled(rng.normal(0.0, size, (24, 24)))
+        _, limit, _ = limits(world.height, world.quantum, grid.cell, K, SOIL.tolerance)
+        box = (9, 15, 10, 13)
+        calm = at_rest(world.height, box, limit)
+        before = world.height.copy()
+        blade = line_at(5.9, 5.9, rng.uniform(-0.2, 0.2), width=2.0, edge=-1.0, height=3.0)
+        world.pending[:] = box
+        relax(
+            world.height, None, None, world.buffers, world.links, world.link_levels, world.changed, world.pending,
+            grid.cell, SOIL, world.quantum, blade, True,
+        )  # fmt: skip
+        answers.append((calm, bool((world.height == before).all())))
+    assert (True, False) not in answers
+    assert (True, True) in answers
+    world.height[9, 13] += 0.5  # steep, and inside the rim of one cell that is looked at
+    assert not at_rest(world.height, box, limit)
 
 
 def test_a_critical_slope_gives_no_false_avalanche():

@@ -283,6 +283,27 @@ def field_update(height, coming, rules):
 
 
 @given(seed=SEEDS)
+def test_ground_that_the_four_neighbour_rule_has_settled_is_a_fixed_point(seed):
+    rng = np.random.default_rng(seed)
+    rules = Rules(difference=rng.uniform(0.2, 0.9))
+    height = rng.uniform(3.0, 6.0, (7, 8)) + 2.0 * (rng.random((7, 8)) < 0.2)
+    for _ in range(4000):
+        steep = [h[:, :-1] - h[:, 1:] for h in (height, height.T)]
+        move = [0.25 * np.sign(d) * np.maximum(np.abs(d) - 0.999 * rules.difference, 0.0) for d in steep]
+        if max(m.max(initial=0.0) for m in map(np.abs, move)) < 1e-9:
+            break
+        for axis, m in enumerate(move):
+            m = m if axis == 0 else m.T
+            height -= np.pad(m, [(0, 0), (0, 1)] if axis == 0 else [(0, 1), (0, 0)])
+            height += np.pad(m, [(0, 0), (1, 0)] if axis == 0 else [(1, 0), (0, 0)])
+    assert max(np.abs(np.diff(height, axis=axis)).max() for axis in (0, 1)) <= rules.difference
+    voxels = make_voxels(height, Grid(7, 8, 1.0), 1.0, 0.0, 10)
+    fill = voxels.fill.copy()
+    assert update(voxels, rules, 5) == 1
+    np.testing.assert_array_equal(voxels.fill, fill)
+
+
+@given(seed=SEEDS)
 def test_on_one_level_cells_and_height_field_agree_step_by_step_and_at_rest(seed):
     rng = np.random.default_rng(seed)
     height = rng.uniform(0.0, 1.0, (8, 9))
@@ -334,14 +355,28 @@ def test_a_required_difference_of_one_freezes_walls():
     assert update(voxels, Rules(difference=1.0), 50) == 1
 
 
-def test_too_large_a_rate_ends_in_a_limit_cycle():
-    def updates_to_rest(rate):
-        ground = np.random.default_rng(1).uniform(0.4, 1.0, (9, 9))
-        voxels = make_voxels(ground, Grid(9, 9, 1.0), 1.0, 0.0, 2)
-        return update(voxels, Rules(difference=0.01, rate=rate), 20000)
+@pytest.mark.parametrize(("fill", "rate"), [(1.0, 0.10), (0.5, 0.23), (1.0, 0.13), (0.5, 0.27)])
+def test_two_cells_swap_soil_for_ever_where_the_rate_exceeds_the_required_difference_over_the_fill(fill, rate):
+    """What goes, rate * fill, is then more than r: after it the other cell is fuller by as much as this one was."""
+    rules = Rules(difference=0.12, rate=rate)
+    voxels = make_voxels(np.array([[fill, fill * (1.0 - rate) - 0.002]]), Grid(1, 2, 1.0), 1.0, 0.0, 1)
+    done = update(voxels, rules, 20000)
+    assert (done == 20000) == (rate * fill > rules.difference)
+    before = (voxels.fill + voxels.incoming)[1, 1:3, 1]
+    update_all(voxels, rules)
+    after = (voxels.fill + voxels.incoming)[1, 1:3, 1]
+    assert after == pytest.approx(before[::-1] if done == 20000 else before, abs=1e-12)
 
-    assert updates_to_rest(0.01) < 20000
-    assert updates_to_rest(0.3) == 20000
+
+@pytest.mark.parametrize("fill", [0.1, 0.25, 0.6, 0.95])
+def test_rough_ground_comes_to_rest_up_to_a_rate_of_about_the_required_difference_over_its_fill(fill):
+    def comes_to_rest(rate):
+        ground = np.random.default_rng(1).uniform(fill - 0.05, fill + 0.05, (12, 12))
+        voxels = make_voxels(ground, Grid(12, 12, 1.0), 1.0, 0.0, 2)
+        return update(voxels, Rules(difference=0.03, rate=rate), 4000) < 4000
+
+    assert comes_to_rest(0.75 * 0.03 / fill)
+    assert not comes_to_rest(1.4 * 0.03 / fill)
 
 
 def test_solid_columns_take_nothing():

@@ -5,10 +5,19 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from dirt_env.sim.advance import place
+from dirt_env.sim.advance import advance, place
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
-from dirt_env.sim.voxel_advance import advance_voxels, make_voxel_world, settle_voxels, update_world
-from dirt_env.sim.voxel_state import GRAIN, Rules, volume
+from dirt_env.sim.state import make_world
+from dirt_env.sim.voxel_advance import (
+    advance_voxels,
+    lay_down,
+    make_voxel_world,
+    place_on_voxels,
+    settle_voxels,
+    update_world,
+)
+from dirt_env.sim.voxel_state import GRAIN, HEAP, POINT, TRACKS, Rules, volume
+from dirt_env.sim.voxel_surface import position_on_surface
 
 GRID, SOIL, BLADE, MACHINE = Grid(40, 40, 0.5), Soil(), Blade(), Machine()
 RULES = Rules(difference=0.7)
@@ -24,7 +33,7 @@ def heap(x=10.0, y=10.0, high=1.2):
 def world_with(ground, pose=(5.0, 10.0, 0.0), rules=RULES, **others):
     world = make_voxel_world(ground, GRID, rules, 0.5, 1.0, 2.0, **others)
     settle_voxels(world, rules)
-    place(world, GRID, SOIL, BLADE, MACHINE, *pose)
+    place_on_voxels(world, GRID, SOIL, BLADE, MACHINE, rules, pose)
     return world
 
 
@@ -49,6 +58,29 @@ def test_the_agents_height_follows_the_surface():
     pose = world.machine[0]
     assert pose.z == pytest.approx(0.2 * pose.x, abs=1e-6)
     assert pose.pitch == pytest.approx(0.2, abs=1e-6)
+
+
+def test_at_a_point_the_agents_y_is_that_of_the_surface_there_and_it_stays_upright():
+    rules = RULES._replace(footing=POINT)
+    world = world_with(heap(), (8.6, 9.9, 0.3), rules)
+    pose = world.machine[0]
+    for _ in range(4):
+        expected, *_slopes = position_on_surface(world.surface, 0.5, pose.x, pose.y)
+        assert pose.z == expected > 0.3
+        assert pose.pitch == pose.roll == 0.0
+        drive(world, NAVIGATE, speed=0.5, steps=1, rules=rules)
+
+
+@pytest.mark.parametrize(("footing", "lifted"), [(TRACKS, True), (POINT, True), (HEAP, False)])
+def test_soil_in_the_air_under_the_agent_lifts_it_unless_it_counts_as_fallen(footing, lifted):
+    rules = RULES._replace(footing=footing)
+    world = world_with(np.zeros((40, 40)), (10.25, 10.25, 0.0), rules)
+    r = c = 21
+    world.fill[r, c, 5], world.life[r, c, 4] = 1e-6, 101
+    world.active[:] = r, r + 1, c, c + 1
+    update_world(world, rules, 1)
+    lay_down(world, GRID, SOIL, BLADE, MACHINE, rules)
+    assert (world.machine[0].z > 0.05) == lifted
 
 
 def test_navigating_over_level_ground_alters_nothing():
@@ -166,12 +198,35 @@ def test_soil_over_an_open_border_is_booked_as_lost():
     assert volume(world.voxels, 0.5) == pytest.approx(before - lost, abs=1e-9)
 
 
+def test_soil_pushed_over_an_open_border_is_gone_as_on_the_height_field_and_dams_nothing():
+    ground = np.zeros((40, 40))
+    ground[17:23, 36:39] = 0.9
+    world = world_with(ground, (14.0, 10.0, 0.0), open_border=True)
+    floor = 20.0 * 20.0 * 1.0
+    before = volume(world.voxels, 0.5) - floor
+    field = make_world(ground, GRID, None, open_border=True)
+    place(field, GRID, SOIL, BLADE, MACHINE, 14.0, 10.0, 0.0)
+    lost = dict.fromkeys(("cells", "field"), 0.0)
+    for speed in (*[0.0] * 3, *[1.0] * 14):
+        drive(world, PUSH, speed=speed, steps=1)
+        advance(field, GRID, SOIL, BLADE, MACHINE, Command(speed, 0.0, PUSH), 0.5)
+        lost["cells"] += world.tally[0].lost
+        lost["field"] += field.tally[0].lost
+        assert world.tally[0].stuck == 0.0
+    assert world.machine[0].x + BLADE.reach > 20.0, "the blade is beyond the border"
+    assert not world.incoming[:, -1].any()
+    assert lost["cells"] > 0.75 * before
+    assert lost["cells"] > lost["field"], "where it piled up beyond the border, less was lost"
+    assert volume(world.voxels, 0.5) - floor == pytest.approx(before - lost["cells"], abs=1e-9)
+
+
 @pytest.mark.parametrize("heading", [0.0, 0.4, pi / 4, 2.0])
 def test_no_soil_passes_through_the_blade(heading):
     x, y = 10.0 - 3.0 * cos(heading), 10.0 - 3.0 * sin(heading)
-    world = world_with(heap(high=0.8), (x - cos(heading), y - sin(heading), heading))
-    drive(world, PUSH, speed=0.0, steps=4)
-    drive(world, PUSH, steps=8)
+    rules = RULES._replace(footing=HEAP)  # a few grains on the blade's constraints, a metre up, lift no track
+    world = world_with(heap(high=0.8), (x - cos(heading), y - sin(heading), heading), rules)
+    drive(world, PUSH, speed=0.0, steps=4, rules=rules)
+    drive(world, PUSH, steps=8, rules=rules)
     pose = world.machine[0]
     c, r = np.meshgrid((np.arange(40) + 0.5) * 0.5, (np.arange(40) + 0.5) * 0.5)
     ahead = (c - pose.x) * cos(heading) + (r - pose.y) * sin(heading)

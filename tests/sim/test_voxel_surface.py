@@ -5,7 +5,12 @@ import pytest
 
 from dirt_env.sim.params import Grid
 from dirt_env.sim.voxel_state import make_voxels
-from dirt_env.sim.voxel_surface import normals_of, position_on_surface, slope_on_surface, surface_of, top_of
+from dirt_env.sim.voxel_surface import normals_of, position_on_surface, top_of
+
+
+def surface_of(voxels):
+    inner = voxels.fill[1:-1, 1:-1]
+    return np.array([[top_of(column, voxels.bottom, voxels.dy) for column in row] for row in inner])
 
 
 def test_a_surface_point_is_ymin_and_level_and_fill_of_the_topmost_cell_that_is_not_empty():
@@ -15,9 +20,8 @@ def test_a_surface_point_is_ymin_and_level_and_fill_of_the_topmost_cell_that_is_
     voxels.fill[1, 2, 5] = 0.5  # in the air: the lower cells are empty
     expected = [[-2.0 + (2 + 0.25) * 0.5, -2.0 + (4 + 0.5) * 0.5]]
     np.testing.assert_array_equal(surface_of(voxels), expected)
-    assert [top_of(voxels.fill[1, c], -2.0, 0.5) for c in (1, 2)] == expected[0]
     voxels.fill[1, 1] = 0.0
-    assert surface_of(voxels)[0, 0] == top_of(voxels.fill[1, 1], -2.0, 0.5) == -2.0
+    assert surface_of(voxels)[0, 0] == -2.0
 
 
 def test_cells_made_from_a_ground_have_it_as_their_surface():
@@ -45,5 +49,18 @@ def test_a_normal_is_the_mean_of_the_facets_around_it():
 def test_positions_and_slopes_are_interpolated_between_the_columns():
     x, y = np.meshgrid((np.arange(6) + 0.5) * 0.5, (np.arange(5) + 0.5) * 0.5)
     surface = 2.0 + 0.25 * x - 0.5 * y
-    assert position_on_surface(surface, 0.5, 1.3, 1.1) == pytest.approx(2.0 + 0.25 * 1.3 - 0.5 * 1.1)
-    assert slope_on_surface(surface, 0.5, 1.3, 1.1) == pytest.approx((0.25, -0.5))
+    expected = 2.0 + 0.25 * 1.3 - 0.5 * 1.1, 0.25, -0.5
+    assert position_on_surface(surface, 0.5, 1.3, 1.1) == pytest.approx(expected)
+
+
+def test_slopes_between_columns_are_those_of_the_normals_there():
+    surface = np.random.default_rng(2).uniform(0.0, 1.0, (6, 7))
+    normals = normals_of(surface, 0.5)
+    at = {
+        (r, c): position_on_surface(surface, 0.5, (c + 0.5) * 0.5, (r + 0.5) * 0.5) for r in range(6) for c in range(7)
+    }
+    for (r, c), found in at.items():
+        east, north, up = normals[r, c]
+        assert found == pytest.approx((surface[r, c], -east / up, -north / up))
+    east, north, up = 0.5 * (normals[2, 3] + normals[2, 4])
+    assert position_on_surface(surface, 0.5, 2.0, 1.25)[1:] == pytest.approx((-east / up, -north / up))

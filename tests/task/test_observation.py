@@ -15,6 +15,8 @@ from dirt_env.task.observation import (
     pose_table,
     read_pose,
 )
+from dirt_env.task.patch import CHANNELS
+from tests import naive
 from tests.task.sites import CELL, heaped, site
 
 GRID = Grid(20, 30, CELL)
@@ -23,18 +25,19 @@ TABLE = pose_table(GRID, BLADE, MACHINE)
 LIMIT = 4.0
 
 
-def look(place, height=None, size=8, ahead=0.5, resolution=CELL, **pose):
+def look(place, height=None, size=8, ahead=0.5, resolution=CELL, channels=None, **pose):
     """Everything there is to see for a machine with that record."""
+    walls = place.solid is not None
+    channels = channels or (CHANNELS if walls else CHANNELS[:2])
     height = place.height.astype(np.float32) if height is None else height.astype(np.float32)
     job = make_job(place.height.astype(np.float32), place, CELL, goal_depth=1.0, limit=LIMIT)
-    spaces = bounds(GRID, TABLE, size, LIMIT, place.solid is not None, True, True)
+    spaces = bounds(GRID, TABLE, size, channels, LIMIT, walls, True, True)
     sight = Sight(**{name: np.full(low.shape, np.nan, np.float32) for name, (low, _) in spaces.items()})
     machine = np.zeros(1, POSE)
     for name, value in pose.items():
         machine[name] = value
-    observe(
-        height, job, machine, CELL, make_view(TABLE, GRID, resolution, ahead, LIMIT, BLADE.height), 0.5, 0.25, sight
-    )
+    view = make_view(TABLE, GRID, resolution, ahead, LIMIT, BLADE.height, channels)
+    observe(height, job, machine, CELL, view, 0.5, 0.25, sight)
     for name, (low, high) in spaces.items():
         shown = getattr(sight, name)
         assert ((low <= shown) & (shown <= high)).all(), name
@@ -151,6 +154,55 @@ def test_the_overview_has_its_heading_up():
     row, col = np.argwhere(overview).mean(axis=0)
     assert row < 2
     assert col > 9
+
+
+def everything_at_once(rng):
+    """A site with a goal, a design, walls and soil wherever chance has it, and its ground a while later."""
+    solid, design = rng.random((20, 30)) < 0.1, np.zeros((20, 30), bool)
+    design[3:9, 4:12] = True
+    start = (rng.random((20, 30)) < 0.3) * rng.normal(size=(20, 30))
+    place = site(height=start, target=np.zeros((20, 30)), design=design, solid=solid, soil=7.0)
+    return place, start + (rng.random((20, 30)) < 0.3) * rng.normal(scale=3.0, size=(20, 30))
+
+
+@pytest.mark.parametrize("chosen", [CHANNELS, ("todo",), ("walls", "height"), ("todo", "height")])
+def test_every_pixel_is_the_one_that_the_slow_twin_finds(chosen):
+    """Anywhere, over the border and beyond it, on cell edges, with headings along the axes and nearly so."""
+    rng = np.random.default_rng(4)
+    for k in range(60):
+        place, height = everything_at_once(rng)
+        size, ahead, resolution = rng.integers(4, 24), rng.random(), rng.choice([0.2, CELL, 1.7])
+        x, y, heading = rng.uniform(-4, 19), rng.uniform(-4, 14), rng.uniform(-4, 4)
+        if k % 3 == 0:
+            x, y, heading = round(x * 4) / 4, round(y * 4) / 4, rng.integers(-4, 5) * np.pi / 4
+        if k % 6 == 0:
+            heading += rng.choice([1e-9, -1e-9, 1e-17])
+        z = rng.normal()
+        sight = look(place, height, size, ahead, resolution, chosen, x=x, y=y, heading=heading, z=z)
+        twin = naive.patch(place, height, CELL, size, ahead, resolution, (x, y, heading, z), 1.0, LIMIT, BLADE.height)
+        assert np.array_equal(sight.patch, np.stack([twin[name] for name in chosen]))
+
+
+def test_the_whole_site_is_what_the_slow_twin_finds():
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        place, height = everything_at_once(rng)
+        pose = rng.uniform(0, 15), rng.uniform(0, 10), rng.uniform(-4, 4)
+        sight = look(place, height, x=pose[0], y=pose[1], heading=pose[2])
+        twin = naive.overview(place, height, CELL, 12, 30 * CELL / 12, pose)
+        np.testing.assert_allclose(sight.overview, twin, rtol=1e-6)
+        assert np.array_equal(sight.map, naive.site_map(place, height, 1.0, LIMIT))
+
+
+def test_the_channels_may_be_any_in_any_order():
+    place = heaped(0.5)
+    record = {"x": 2.0, "y": 1.0, "heading": 0.4}
+    height, todo = look(place, **record).patch
+    assert np.array_equal(look(place, channels=("todo",), **record).patch, todo[None])
+    turned = look(place, channels=("walls", "todo", "height"), **record).patch
+    assert np.array_equal(turned[1:], [todo, height])
+    assert np.array_equal(turned[0], height == BLADE.height)  # no walls but the border
+    assert turned[0].any()
 
 
 def test_extreme_values_stay_inside_the_bounds():

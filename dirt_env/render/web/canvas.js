@@ -17,6 +17,7 @@ class FlatRenderer {
     this.stride = Math.max(1, Math.ceil(Math.max(episode.rows, episode.cols) / FLAT_SIDE));
     this.outlines = regionOutlines(episode);
     this.tall = null;
+    this.cells = episode.voxels ? new CellBoxes(episode) : null;
   }
 
   draw(camera, moment) {
@@ -29,8 +30,11 @@ class FlatRenderer {
     const view = camera.matrix(canvas.width / canvas.height, moment.tall);
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.lineJoin = "round";
-    this.drawGround(view, moment);
-    this.drawOutlines(view, moment);
+    if (moment.cells) this.drawCells(view, moment);
+    else {
+      this.drawGround(view, moment);
+      this.drawOutlines(view, moment);
+    }
     this.drawShadow(view, moment);
     this.drawModels(view, moment);
   }
@@ -53,6 +57,27 @@ class FlatRenderer {
     for (const r of order[0]) for (const c of order[1]) {
       const r1 = Math.min(rows, r + stride), c1 = Math.min(cols, c + stride);
       this.fill([point(r, c), point(r, c1), point(r1, c1), point(r1, c)], this.groundColor(r, c, tall));
+    }
+  }
+
+  // Boxes from far to near: columns by rows and columns of the grid, in each of them from below.
+  drawCells({ matrix, eye }, { first, share, tall }) {
+    const { cell } = this.episode, { cells } = this;
+    cells.update(first, share, this.surface.height);
+    const { boxes } = cells, turn = [eye[0] / cell - 0.5, eye[1] / cell - 0.5];
+    const order = Uint32Array.from({ length: cells.count }, (_, k) => k * BOX);
+    const far = (k, axis) => Math.abs(boxes[k + axis] - turn[axis]);
+    order.sort((a, b) => far(b, 1) - far(a, 1) || far(b, 0) - far(a, 0) || boxes[a + 2] - boxes[b + 2]);
+    for (const k of order) {
+      const [c, r, low, high, ...paint] = boxes.subarray(k, k + BOX);
+      const [x0, x1, y0, y1, z0, z1] = [c * cell, (c + 1) * cell, r * cell, (r + 1) * cell, low * tall, high * tall];
+      const edge = css(paint, 0.42);
+      const face = (points, light) => this.fill(points.map((p) => this.project(matrix, p)), css(paint, light), edge);
+      if (eye[0] < x0) face([[x0, y1, z0], [x0, y0, z0], [x0, y0, z1], [x0, y1, z1]], 0.86);
+      if (eye[0] > x1) face([[x1, y0, z0], [x1, y1, z0], [x1, y1, z1], [x1, y0, z1]], 0.6);
+      if (eye[1] < y0) face([[x0, y0, z0], [x1, y0, z0], [x1, y0, z1], [x0, y0, z1]], 0.66);
+      if (eye[1] > y1) face([[x1, y1, z0], [x0, y1, z0], [x0, y1, z1], [x1, y1, z1]], 0.78);
+      if (eye[2] > z1) face([[x0, y0, z1], [x1, y0, z1], [x1, y1, z1], [x0, y1, z1]], 1);
     }
   }
 
@@ -80,10 +105,7 @@ class FlatRenderer {
   groundColor(r, c, tall) {
     const { cols, mask } = this.episode, k = r * cols + c, s = this.surface.shape;
     const share = s[4 * k + 3] / (Math.abs(s[4 * k + 3]) + 0.06);
-    let paint = mixed([0.66, 0.61, 0.5], share > 0 ? [0.58, 0.35, 0.18] : mask[k] & 4 ? [0.25, 0.4, 0.62] : [0.38, 0.32, 0.27], Math.abs(share));
-    if (mask[k] & 4) paint = mixed(paint, [0.8, 0.47, 0.65], 0.25);
-    if (mask[k] & 1) paint = mixed(paint, [1, 0.78, 0.22], 0.3);
-    if (mask[k] & 2) paint = mixed(paint, [0.12, 0.5, 0.92], 0.38);
+    const paint = groundPaint(mask[k], share);
     const light = dot(unit([-s[4 * k] * tall * 1.3, -s[4 * k + 1] * tall * 1.3, 1]), SUN) / SUN[2];
     return css(paint, (0.4 + 0.62 * Math.max(0, light)) * s[4 * k + 2]);
   }
@@ -122,7 +144,8 @@ class FlatRenderer {
     context.beginPath();
     points.forEach((p, k) => (k ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
     context.closePath();
-    context.fillStyle = context.strokeStyle = style;
+    context.fillStyle = style;
+    context.strokeStyle = edge === true ? style : edge;
     context.fill();
     if (edge) context.stroke();
   }

@@ -25,6 +25,11 @@ async function decodeEpisode(packed) {
     poses: { x: poses[0], y: poses[1], heading: unwrap(poses[2]), z: poses[3], pitch: poses[4], roll: poses[5],
       edge: poses[6], speed: poses[7], yaw_rate: poses[8], load: poses[9] },
   };
+  if (packed.cells) {
+    const { bottom, dy, levels, per_fill, fills } = packed.cells;
+    const reader = fillReader(await inflate(fills), rows * cols * levels, frames);
+    episode.voxels = { bottom, dy, levels, perFill: per_fill, fills: reader };
+  }
   return Object.assign(episode, heightReader(heights, rows * cols, frames, unit));
 }
 
@@ -56,6 +61,34 @@ function heightReader(buffer, cells, frames, unit) {
     return now;
   };
   return { millimetres, range: [low * unit, high * unit] };
+}
+
+// fills(frame) gives the cells' fills of a moment, a byte each; see cell_track.py for the form.
+function fillReader(buffer, cells, frames) {
+  const bytes = new Uint8Array(buffer), view = new DataView(buffer), now = bytes.slice(0, cells);
+  const keys = [], starts = [cells];
+  let at = 0;
+  const forward = () => {
+    const start = starts[at], count = view.getUint32(start, true);
+    for (let k = 0, place = 0, p = start + 4; k < count; k++, p++) {
+      place += bytes[p] | (bytes[p + count] << 8) | (bytes[p + 2 * count] << 16) | (bytes[p + 3 * count] << 24);
+      now[place] = bytes[p + 4 * count];
+    }
+    at++;
+    starts[at] = start + 4 + 5 * count;
+  };
+  for (let frame = 0; frame < frames; frame++) {
+    if (frame > 0) forward();
+    if (frame % KEY_EVERY === 0) keys.push(now.slice());
+  }
+  return (frame) => {
+    if (frame < at || frame - at > KEY_EVERY) {
+      at = Math.floor(frame / KEY_EVERY) * KEY_EVERY;
+      now.set(keys[at / KEY_EVERY]);
+    }
+    while (at < frame) forward();
+    return now;
+  };
 }
 
 // Headings without jumps, so that one can be blended into the next.

@@ -1,4 +1,4 @@
-// Puts it together: one clock, one camera, one renderer. The address may say #at=60&camera=follow&episode=1&renderer=canvas.
+// Puts it together: one clock, one camera, one renderer. The address may say #at=60&camera=follow&episode=1&renderer=canvas&ground=cells.
 
 const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32];
 const wish = new URLSearchParams(location.hash.slice(1));
@@ -9,6 +9,7 @@ class Player {
     this.panel = new Panel(replay);
     this.decoded = new Map();
     this.tall = 1;
+    this.cells = false;
     this.makeRenderer(wish.get("renderer") !== "canvas");
     this.listen();
   }
@@ -23,7 +24,7 @@ class Player {
     } catch {
       this.renderer = new FlatRenderer(fresh(), machine, blade);
     }
-    this.steer(this.renderer.canvas);
+    steer(this.renderer.canvas, () => [this.camera], () => { this.dirty = true; });
     if (this.episode) this.renderer.setEpisode(this.episode);
     this.dirty = true;
     document.documentElement.dataset.renderer = this.renderer.name;
@@ -44,20 +45,9 @@ class Player {
     this.dirty = true;
   }
 
-  // The present moment: which two recorded ones, how far between them, and the pose blended.
   moment() {
-    const { times, frames, poses } = this.episode;
-    let first = 0;
-    for (let low = 0, high = frames - 1; low <= high;) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= this.seconds) { first = middle; low = middle + 1; } else high = middle - 1;
-    }
-    const next = Math.min(first + 1, frames - 1), gap = times[next] - times[first];
-    const share = gap > 0 ? Math.min(1, Math.max(0, (this.seconds - times[first]) / gap)) : 0;
-    const pose = {};
-    for (const name in poses) pose[name] = poses[name][first] + share * (poses[name][next] - poses[name][first]);
-    const driven = pose.x * Math.cos(pose.heading) + pose.y * Math.sin(pose.heading);
-    return { first, share, pose, driven, tall: this.tall };
+    const cells = this.cells && this.episode.voxels !== undefined;
+    return { ...momentAt(this.episode, this.seconds), tall: this.tall, cells };
   }
 
   tick(now) {
@@ -112,6 +102,13 @@ class Player {
     this.dirty = true;
   }
 
+  // Show the ground as the paper's cells, where an episode has them, or as a surface.
+  setCells(cells) {
+    this.cells = cells;
+    for (const button of document.querySelectorAll("[data-ground]")) button.classList.toggle("on", (button.dataset.ground === "cells") === cells);
+    this.dirty = true;
+  }
+
   setSpeed(speed) {
     this.speed = speed;
     byId("speed").value = String(speed);
@@ -134,6 +131,7 @@ class Player {
     byId("episode").onchange = (event) => this.choose(event.target.selectedIndex);
     byId("chart").onclick = (event) => this.seek(this.episode.times[this.episode.frames - 1] * (event.offsetX - 34) / (event.target.clientWidth - 42));
     for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => this.setView(button.dataset.view);
+    for (const button of document.querySelectorAll("[data-ground]")) button.onclick = () => this.setCells(button.dataset.ground === "cells");
     window.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("resize", () => { this.dirty = true; });
   }
@@ -148,39 +146,12 @@ class Player {
       1: () => this.setView("overview"), 2: () => this.setView("follow"), 3: () => this.setView("top"),
       "+": () => this.setTall(this.tall + 0.25), "=": () => this.setTall(this.tall + 0.25), "-": () => this.setTall(this.tall - 0.25),
       n: () => this.choose((this.number + 1) % count), p: () => this.choose((this.number + count - 1) % count),
+      c: () => this.setCells(!this.cells),
       "?": () => byId("help").click(),
     };
     if (!(event.key in keys)) return;
     event.preventDefault();
     keys[event.key]();
-  }
-
-  // Mouse, pen and touch: one pointer turns (or moves, with shift or the right button), two move and zoom.
-  steer(canvas) {
-    const held = new Map();
-    const spread = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-    canvas.oncontextmenu = (event) => event.preventDefault();
-    canvas.onpointerdown = (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      held.set(event.pointerId, { x: event.clientX, y: event.clientY, pan: event.shiftKey || event.button > 0 });
-    };
-    canvas.onpointerup = canvas.onpointercancel = (event) => held.delete(event.pointerId);
-    canvas.onpointermove = (event) => {
-      const last = held.get(event.pointerId);
-      if (!last) return;
-      const right = (event.clientX - last.x) / canvas.clientHeight, down = (event.clientY - last.y) / canvas.clientHeight;
-      const before = held.size > 1 ? spread() : 0;
-      Object.assign(last, { x: event.clientX, y: event.clientY });
-      if (held.size > 1) { this.camera.zoom(before / Math.max(1, spread())); this.camera.move(right / 2, down / 2); }
-      else if (last.pan) this.camera.move(right, down);
-      else this.camera.turn(4 * right, 3 * down);
-      this.dirty = true;
-    };
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.camera.zoom(Math.exp(0.0012 * event.deltaY * (event.deltaMode ? 30 : 1)));
-      this.dirty = true;
-    }, { passive: false });
   }
 }
 
@@ -200,6 +171,7 @@ async function main() {
   const { times, frames } = player.episode;
   player.setSpeed(SPEEDS.find((speed) => (times[frames - 1] - times[0]) / speed <= 40) || SPEEDS[SPEEDS.length - 1]);
   player.setView(["follow", "top"].includes(wish.get("camera")) ? wish.get("camera") : "overview");
+  player.setCells(wish.get("ground") === "cells");
   if (wish.has("tall")) player.setTall(Number(wish.get("tall")) || 1);
   if (wish.has("at")) player.seek(Number(wish.get("at")));
   player.play(!wish.has("at"));

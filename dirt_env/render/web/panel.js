@@ -45,6 +45,7 @@ class Panel {
       return { k, unit, value };
     });
     byId("chart").hidden = this.main < 0;
+    byId("grounds").hidden = !episode.voxels;
     byId("hud").hidden = episode.names.length === 0;
     byId("scrub").max = episode.times[episode.frames - 1];
     byId("scrub").min = episode.times[0];

@@ -12,6 +12,28 @@ vec4 developed(vec3 c) {
   return vec4(pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2)), 1.0);
 }`;
 
+// How dark the machine makes the ground at a point.
+const SHADOW = `
+uniform vec2 u_half, u_blade;
+uniform vec4 u_pose;
+uniform float u_edge;
+float box(vec2 p, vec2 half_size, float soft) {
+  vec2 q = abs(p) - half_size;
+  return smoothstep(soft, -soft, length(max(q, 0.0)) + min(max(q.x, q.y), 0.0));
+}
+float shade(vec2 at) {
+  float c = u_pose.z, s = u_pose.w, dark = 0.0;
+  for (int k = 0; k < 3; k++) {
+    float high = k == 0 ? 0.4 : k == 1 ? 1.4 : 0.5 + max(u_edge, 0.0);
+    vec2 d = at + SUN.xy / SUN.z * high - u_pose.xy;
+    vec2 p = vec2(d.x * c + d.y * s, d.y * c - d.x * s);
+    if (k == 0) dark = max(dark, box(p, u_half, 0.15));
+    if (k == 1) dark = max(dark, box(p - vec2(-0.1 * u_half.x, 0.0), u_half * vec2(0.75, 0.45), 0.3));
+    if (k == 2) dark = max(dark, box(p - vec2(u_blade.x, 0.0), vec2(0.2, u_blade.y), 0.15 + 0.2 * max(u_edge, 0.0)));
+  }
+  return dark;
+}`;
+
 const GROUND_VERTEX = `#version 300 es
 precision highp float;
 precision highp sampler2D;
@@ -52,10 +74,9 @@ void main() {
 const GROUND_FRAGMENT = `#version 300 es
 precision highp float;
 uniform sampler2D u_shape, u_regions;
-uniform vec2 u_site, u_half, u_blade;
-uniform float u_tall, u_interval, u_edge;
+uniform vec2 u_site;
+uniform float u_tall, u_interval;
 uniform vec3 u_high;
-uniform vec4 u_pose;
 uniform bool u_wall;
 in vec3 v_at;
 out vec4 color;
@@ -66,22 +87,7 @@ float noise(vec2 p) {
   f = f * f * (3.0 - 2.0 * f);
   return mix(mix(hash(i), hash(i + vec2(1, 0)), f.x), mix(hash(i + vec2(0, 1)), hash(i + vec2(1, 1)), f.x), f.y);
 }
-float box(vec2 p, vec2 half_size, float soft) {
-  vec2 q = abs(p) - half_size;
-  return smoothstep(soft, -soft, length(max(q, 0.0)) + min(max(q.x, q.y), 0.0));
-}
-float shade(vec2 at) {
-  float c = u_pose.z, s = u_pose.w, dark = 0.0;
-  for (int k = 0; k < 3; k++) {
-    float high = k == 0 ? 0.4 : k == 1 ? 1.4 : 0.5 + max(u_edge, 0.0);
-    vec2 d = at + SUN.xy / SUN.z * high - u_pose.xy;
-    vec2 p = vec2(d.x * c + d.y * s, d.y * c - d.x * s);
-    if (k == 0) dark = max(dark, box(p, u_half, 0.15));
-    if (k == 1) dark = max(dark, box(p - vec2(-0.1 * u_half.x, 0.0), u_half * vec2(0.75, 0.45), 0.3));
-    if (k == 2) dark = max(dark, box(p - vec2(u_blade.x, 0.0), vec2(0.2, u_blade.y), 0.15 + 0.2 * max(u_edge, 0.0)));
-  }
-  return dark;
-}
+${SHADOW}
 vec3 outlined(vec3 albedo, float inside, vec3 tint, float fill) {
   float slope = max(fwidth(inside), 1e-4);
   float away = abs(inside - 0.5) / slope;
@@ -120,6 +126,42 @@ void main() {
   albedo = outlined(albedo, region.y, linear(vec3(0.12, 0.46, 0.86)), 0.26 * bare);
   float sun = (1.0 - 0.85 * shade(v_at.xy)) * (1.0 - 0.8 * (1.0 - region.w));
   color = developed(lit(albedo, normal, sun, shape.z * (1.0 - 0.4 * shade(v_at.xy - SUN.xy * 0.3))));
+}`;
+
+// Six faces of a box for each of the cells; the face's own coordinates go from 0 to 1.
+const CELL_VERTEX = `#version 300 es
+precision highp float;
+uniform mat4 u_view;
+uniform float u_tall, u_cell;
+in vec4 a_place;
+in vec3 a_paint;
+out vec3 v_at, v_paint;
+out vec2 v_own;
+flat out vec3 v_normal;
+const vec2 CORNERS[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(1, 1), vec2(0, 0), vec2(1, 1), vec2(0, 1));
+void main() {
+  int axis = gl_VertexID / 12, side = (gl_VertexID / 6) % 2;
+  v_own = CORNERS[gl_VertexID % 6];
+  vec3 corner = axis == 0 ? vec3(side, v_own) : axis == 1 ? vec3(v_own.x, side, v_own.y) : vec3(v_own, side);
+  v_normal = vec3(axis == 0, axis == 1, axis == 2) * (side == 0 ? -1.0 : 1.0);
+  v_at = vec3((a_place.xy + corner.xy) * u_cell, mix(a_place.z, a_place.w, corner.z));
+  v_paint = a_paint;
+  gl_Position = u_view * vec4(v_at.xy, v_at.z * u_tall, 1.0);
+}`;
+
+const CELL_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 v_at, v_paint;
+in vec2 v_own;
+flat in vec3 v_normal;
+out vec4 color;
+${LIGHTING}
+${SHADOW}
+void main() {
+  vec2 width = max(fwidth(v_own), 1e-6), inside = min(v_own, 1.0 - v_own) / width;
+  float line = smoothstep(1.1, 0.2, min(inside.x, inside.y)) * smoothstep(0.3, 0.05, max(width.x, width.y));
+  float dark = v_normal.z > 0.5 ? shade(v_at.xy) : 0.0;
+  color = developed(lit(linear(v_paint * (1.0 - 0.45 * line)), v_normal, 1.0 - 0.85 * dark, 1.0 - 0.4 * dark));
 }`;
 
 const MODEL_VERTEX = `#version 300 es

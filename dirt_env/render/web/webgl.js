@@ -6,6 +6,7 @@ class GlRenderer {
     if (!gl) throw new Error("no WebGL2");
     Object.assign(this, { gl, canvas, machine, blade, name: "webgl2" });
     this.ground = compile(gl, GROUND_VERTEX, GROUND_FRAGMENT);
+    this.cell = compile(gl, CELL_VERTEX, CELL_FRAGMENT);
     this.model = compile(gl, MODEL_VERTEX, MODEL_FRAGMENT);
     this.dozer = upload(gl, this.model, dozerFaces(machine));
     this.front = upload(gl, this.model, bladeFaces(blade, machine));
@@ -28,6 +29,8 @@ class GlRenderer {
     this.wall = wallMesh(gl, this.ground, cols, rows, this.fine);
     this.tall = null;
     this.fresh = true;
+    this.cells = episode.voxels ? new CellBoxes(episode) : null;
+    this.stones = this.cells && (this.stones || boxMesh(gl, this.cell));
   }
 
   draw(camera, moment) {
@@ -41,7 +44,8 @@ class GlRenderer {
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { matrix } = camera.matrix(canvas.width / canvas.height, moment.tall);
-    this.drawGround(matrix, moment);
+    if (moment.cells) this.drawCells(matrix, moment);
+    else this.drawGround(matrix, moment);
     this.drawModels(matrix, moment);
   }
 
@@ -53,8 +57,30 @@ class GlRenderer {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, cols, rows, gl.RGBA, gl.FLOAT, this.surface.shape);
   }
 
+  drawCells(matrix, { first, share, pose, tall }) {
+    const { gl, cells, stones } = this, at = this.cell.at;
+    gl.useProgram(this.cell.program);
+    gl.bindVertexArray(stones.vertices);
+    if (cells.update(first, share, this.surface.height)) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, stones.buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, cells.boxes.subarray(0, BOX * cells.count), gl.DYNAMIC_DRAW);
+    }
+    gl.uniformMatrix4fv(at.u_view, false, matrix);
+    gl.uniform1f(at.u_tall, tall); gl.uniform1f(at.u_cell, this.episode.cell);
+    this.setShadow(at, pose);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, cells.count);
+  }
+
+  setShadow(at, pose) {
+    const { gl, machine, blade } = this;
+    gl.uniform2f(at.u_half, machine.length / 2, machine.width / 2);
+    gl.uniform2f(at.u_blade, blade.reach, blade.width / 2);
+    gl.uniform4f(at.u_pose, pose.x, pose.y, Math.cos(pose.heading), Math.sin(pose.heading));
+    gl.uniform1f(at.u_edge, pose.edge);
+  }
+
   drawGround(matrix, { pose, tall }) {
-    const { gl, episode, machine, blade } = this, { rows, cols, cell } = episode, at = this.ground.at;
+    const { gl, episode } = this, { rows, cols, cell } = episode, at = this.ground.at;
     gl.useProgram(this.ground.program);
     gl.uniformMatrix4fv(at.u_view, false, matrix);
     gl.uniform1i(at.u_height, 0); gl.uniform1i(at.u_shape, 1); gl.uniform1i(at.u_regions, 2);
@@ -63,10 +89,7 @@ class GlRenderer {
     gl.uniform2f(at.u_site, cols * cell, rows * cell);
     gl.uniform3f(at.u_high, episode.range[0], episode.range[1], 0);
     gl.uniform1f(at.u_interval, contourInterval(episode));
-    gl.uniform2f(at.u_half, machine.length / 2, machine.width / 2);
-    gl.uniform2f(at.u_blade, blade.reach, blade.width / 2);
-    gl.uniform4f(at.u_pose, pose.x, pose.y, Math.cos(pose.heading), Math.sin(pose.heading));
-    gl.uniform1f(at.u_edge, pose.edge);
+    this.setShadow(at, pose);
     for (const [mesh, wall] of [[this.grid, 0], [this.wall, 1]]) {
       gl.uniform1i(at.u_wall, wall);
       gl.bindVertexArray(mesh.vertices);
@@ -148,6 +171,20 @@ function upload(gl, { program }, faces, old) {
     gl.vertexAttribPointer(at, size, gl.FLOAT, false, 40, offset);
   }
   return { vertices, buffer, count: numbers.length / 10 };
+}
+
+// One box, drawn for each of the cells whose numbers are put into the buffer.
+function boxMesh(gl, { program }) {
+  const vertices = gl.createVertexArray(), buffer = gl.createBuffer();
+  gl.bindVertexArray(vertices);
+  gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+  for (const [name, size, offset] of [["a_place", 4, 0], ["a_paint", 3, 16]]) {
+    const at = gl.getAttribLocation(program, name);
+    gl.enableVertexAttribArray(at);
+    gl.vertexAttribPointer(at, size, gl.FLOAT, false, 4 * BOX, offset);
+    gl.vertexAttribDivisor(at, 1);
+  }
+  return { vertices, buffer };
 }
 
 function gridMesh(gl, wide, high) {

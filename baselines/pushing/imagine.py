@@ -1,0 +1,60 @@
+"""A site to try things out on: the simulator's own ground and machine, rebuilt from what was seen.
+
+The ground is that of the map; position, edge and speed of the machine are those of the pose vector, so a copy starts
+within float32 rounding of the real site. It needs the simulator and the scene's configuration, no access to the
+environment.
+"""
+
+import numpy as np
+
+from dirt_env.config import SceneConfig
+from dirt_env.config.terrain import HeightField
+from dirt_env.sim.advance import set_down
+from dirt_env.sim.state import make_world
+from dirt_env.task.actions import decode
+from dirt_env.terrain import Stepper
+
+from .site import Site
+
+SEEN = ("edge", "speed", "yaw_rate", "load")  # of the machine, beside where it stands
+
+
+class ImaginedSite(Site):
+    """A site that answers actions: `copy` another one, `step`, look at it as at the real one."""
+
+    def __init__(self, config: SceneConfig) -> None:
+        """For a scene; ValueError if its ground is no height field."""
+        if not isinstance(config.terrain, HeightField):
+            raise ValueError(f"terrain is {config.terrain.kind!r}; allowed: heightfield, which a map shows in full")
+        super().__init__(config)
+        self._config, self._advance = config, Stepper(config)
+
+    def copy(self, site: Site) -> None:
+        """Begin where a site is now."""
+        config = self._config
+        for name in ("target", "solid", "goal", "goals", "depth", "gap", "capacity"):
+            setattr(self, name, getattr(site, name))
+        solid = site.solid if config.has_walls else None
+        self._world = make_world(site.height.astype(float), self.grid, solid, config.site.border == "open")
+        self._world.pending[:] = 0
+        pose = site.pose
+        set_down(self._world, self.grid, self.soil, self.blade, self.machine, pose["x"], pose["y"], pose["heading"])
+        machine = self._world.machine[0]
+        for name in SEEN:
+            machine[name] = pose[name]
+        self._look()
+
+    def step(self, action: np.ndarray) -> None:
+        """One control step."""
+        self._advance(self._world, decode(action, self.machine), self.period)
+        self._look()
+
+    def _look(self) -> None:
+        """What a policy would be shown."""
+        self.height = self._world.height
+        over = np.where(self.solid, 0.0, self.height - self.target)
+        self.excess = np.where(self.goal, 0.0, np.maximum(over, 0.0))
+        lacking = self._design & ~self.solid if self._design is not None else False
+        self.fill = np.where(lacking, np.maximum(-over, 0.0), 0.0)
+        machine = self._world.machine[0]
+        self.pose = {name: float(machine[name]) for name in machine.dtype.names}

@@ -1,0 +1,181 @@
+"""A control step of many worlds in one compiled call: decode, advance, measure, book, reward, observe."""
+
+import numpy as np
+
+from dirt_env.sim.advance import step
+from dirt_env.sim.jit import entry, kernel
+from dirt_env.task.actions import command_of
+from dirt_env.task.batch import (
+    Batch,
+    Scratch,
+    at,
+    blade_of,
+    grid_of,
+    job_of,
+    machine_of,
+    sight_of,
+    soil_of,
+    sums_of,
+    view_of,
+)
+from dirt_env.task.goal import measure
+from dirt_env.task.observation import Sight, observe
+from dirt_env.task.reward import TERMS, Scale, reward_terms
+
+INFO = (
+    "share_in_goal",
+    "volume_moved_m3",
+    "misplaced_m3",
+    "spilled_m3",
+    "lost_m3",
+    "grade_error_m",
+    "work_kj",
+    "distance_m",
+    "time_s",
+    "load_m3",
+    "draft_kn",
+    "blocked",
+    "is_success",
+)
+"""The numbers of `info`, see `DirtPushEnv`; the last is 0 or 1."""
+
+FIGURES = (*INFO, *TERMS, "reward")
+"""Rows of the figures of a step: the numbers of `info`, the reward's terms, the reward."""
+
+SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
+
+
+@entry
+def step_worlds(
+    batch: Batch,
+    scratch: Scratch,
+    actions: np.ndarray,
+    idle: np.ndarray,
+    sight: Sight,
+    figures: np.ndarray,
+    first: int,
+    last: int,
+    base: int,
+) -> None:
+    """One control step of the worlds first:last that are not idle[m], in place.
+
+    Row w - base of actions f8[m, 3], of the arrays of `sight` and column w - base of figures f8[FIGURES, m] are those
+    of world w. Idle worlds leave theirs as they are.
+    """
+    for w in range(first, last):
+        if not idle[w - base]:
+            scene = batch.scenes[w]
+            action, machine = actions[w - base], machine_of(scene)
+            command = command_of(action[0], action[1], action[2], machine)
+            step(
+                batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
+                scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
+                batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
+                scene.period,
+            )  # fmt: skip
+            _book(batch, w, figures, w - base)
+            _show(batch, w, sight, figures, w - base)
+
+
+@entry
+def book_worlds(batch: Batch, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
+    """What follows in `step_worlds` after the worlds have been advanced; for terrains that do that elsewhere."""
+    for w in range(first, last):
+        _book(batch, w, figures, w - base)
+        _show(batch, w, sight, figures, w - base)
+
+
+@entry
+def show_worlds(batch: Batch, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
+    """Observation and info of the worlds as they are; no reward, and its terms 0."""
+    for w in range(first, last):
+        for k in range(FIRST_TERM, REWARD + 1):
+            figures[k, w - base] = 0.0
+        _show(batch, w, sight, figures, w - base)
+
+
+@entry
+def take_up(batch: Batch, first: int, last: int) -> None:
+    """Measure worlds that have just been put into the batch, from the first row to the last."""
+    for w in range(first, last):
+        changed = batch.changed[w]
+        changed[0], changed[1], changed[2], changed[3] = 0, batch.height.shape[1], 0, batch.height.shape[2]
+        _measure(batch, w)
+
+
+@kernel
+def _share(batch, w):
+    """Share of the soil that has come to where it belongs."""
+    soil = batch.job.soil[w]
+    return batch.sums.result[w, 2] / soil if soil > 0.0 else 0.0
+
+
+@kernel
+def _is_finished(batch, w):
+    """Whether the job is done: the design surface within its tolerance, or enough of the soil in the goal."""
+    scene = batch.scenes[w]
+    return batch.sums.result[w, 4] <= scene.tolerance or _share(batch, w) >= scene.success
+
+
+@kernel
+def _measure(batch, w):
+    """Measure the job where the ground has changed, and whether it is done."""
+    changed = batch.changed[w]
+    measure(batch.height[w], job_of(batch, w), batch.scenes[w].cell, changed, sums_of(batch, w))
+    changed[:] = 0
+    batch.episodes[w].finished = _is_finished(batch, w)
+
+
+@kernel
+def _book(batch, w, figures, column):
+    """Measure the job after a step, add the step's tally to the totals, and write the reward and its terms."""
+    scene, episode, tally = batch.scenes[w], batch.episodes[w], batch.tally[w]
+    before, was_finished = batch.sums.result[w, 0], episode.finished
+    _measure(batch, w)
+    totals, scale = episode.totals, episode.scale
+    totals.steps += 1
+    totals.work += tally.work
+    totals.distance += tally.distance
+    totals.lost += tally.lost
+    terms = reward_terms(
+        before,
+        batch.sums.result[w, 0],
+        tally.work,
+        tally.lost,
+        episode.finished == 1 and was_finished == 0,
+        Scale(scale.potential, scale.energy, scale.steps, scale.soil),
+    )
+    reward = 0.0
+    for k in range(len(terms)):
+        figures[FIRST_TERM + k, column] = terms[k]
+        reward += scene.weights[k] * terms[k]
+    figures[REWARD, column] = reward
+
+
+@kernel
+def _show(batch, w, sight, figures, column):
+    """Write the numbers of the info, in the order of INFO, and the observation."""
+    scene, episode, tally, remaining = batch.scenes[w], batch.episodes[w], batch.tally[w], batch.sums.result[w]
+    totals = episode.totals
+    share, time = _share(batch, w), totals.steps * scene.period
+    values = (
+        share,
+        remaining[2],
+        remaining[1],
+        max(0.0, remaining[3] - episode.start.stray) + totals.lost,
+        totals.lost,
+        remaining[4],
+        1e-3 * totals.work,
+        totals.distance,
+        time,
+        batch.machine[w].load,
+        1e-3 * tally.work / tally.distance if tally.distance > 0.0 else 0.0,
+        tally.blocked,
+        float(episode.finished),
+    )
+    for k in range(len(values)):
+        figures[k, column] = values[k]
+    observe(
+        batch.height[w], job_of(batch, w), batch.machine[w : w + 1], scene.cell, view_of(batch, scene), 1.0 - share,
+        max(0.0, 1.0 - time / scene.time), sight_of(sight, column),
+    )  # fmt: skip
