@@ -181,7 +181,7 @@ FEATURES = (
 def batch(step: Step, seconds: float) -> float:
     """Mean processor time of a step [us] over about so many seconds."""
     begin, cpu, count = perf_counter(), process_time(), 0
-    while perf_counter() - begin < seconds:
+    while count == 0 or perf_counter() - begin < seconds:
         for _ in range(10):
             step()
         count += 10
