@@ -78,24 +78,6 @@ def blocks(report: Report) -> dict[str, str]:
     }
 
 
-def renewed(document: str, report: Report) -> str:
-    """The document with every block `<!-- speed:NAME -->` ... `<!-- /speed -->` made anew.
-
-    Raises ValueError for a mark that has no end, or a name that there is no block for.
-    """
-    known = blocks(report)
-    begin, end = "<!-- speed:", "<!-- /speed -->"
-    first, *parts = document.split(begin)
-    result = [first]
-    for part in parts:
-        name, _, rest = part.partition(" -->")
-        _, found, after = rest.partition(end)
-        if name not in known or not found:
-            raise ValueError(f"mark speed:{name} has no end or no block; allowed: {', '.join(known)}, each with {end}")
-        result.append(f"{begin}{name} -->\n{known[name]}\n{end}{after}")
-    return "".join(result)
-
-
 def markdown(lines: Sequence[Sequence[str]]) -> str:
     """Lines of cells, the head first, as a Markdown table."""
     head, *body = lines

@@ -186,15 +186,3 @@ def test_the_report_is_json_with_a_row_a_line():
     text = report.as_json(made)
     assert json.loads(text) == made
     assert sum('"wedge"' in line for line in text.splitlines()) == 3
-
-
-def test_the_document_shows_what_the_committed_figures_say():
-    committed = json.loads((ROOT / "docs/figures/accuracy/accuracy.json").read_text())
-    document = (ROOT / "docs/accuracy.md").read_text()
-    assert report.renewed(document, committed) == document
-    assert [set(row) for row in committed["rows"]] == [set(COLUMNS)] * len(committed["rows"])
-    assert document.count("<!-- accuracy:") == len(report.blocks(committed))
-    for name in PROBLEMS:
-        picture = ROOT / "docs/figures/accuracy" / f"{name}.png"
-        assert f"figures/accuracy/{name}.png" in document
-        assert picture.stat().st_size < 150_000
