@@ -31,7 +31,7 @@ class ImaginedSite(Site):
     def copy(self, site: Site) -> None:
         """Begin where a site is now."""
         config = self._config
-        for name in ("target", "solid", "goal", "goals", "depth", "gap", "capacity"):
+        for name in ("target", "solid", "goal", "goals", "depth", "gap", "capacity", "rim"):
             setattr(self, name, getattr(site, name))
         solid = site.solid if config.has_walls else None
         self._world = make_world(site.height.astype(float), self.grid, solid, config.site.border == "open")

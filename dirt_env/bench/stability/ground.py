@@ -213,7 +213,7 @@ def the_window_is_exact():
     ground = tower(80, 60, 50.0)
     (small, grid), (whole, _) = (world_of(ground) for _ in range(2))
     small.pending[:] = 40, 41, 30, 31
-    sweeps = [settle(whole, grid, SOIL)]
+    sweeps = [settle(whole, grid, SOIL, "explicit")]
     while small.pending[1] > small.pending[0]:
         one_sweep(small, grid)
     return f"{sweeps[0]} sweeps", np.array_equal(small.height, whole.height)

@@ -14,11 +14,11 @@ HOUR = 3600.0
 
 def _drive(env, count, seed=1):
     """So many control steps of random driving with digging, a new direction every eight."""
-    rng, act = np.random.default_rng(seed), env.episode.act
+    rng = np.random.default_rng(seed)
     for _ in range(count // 8):
         action = [rng.uniform(-1, 1), rng.choice([-1, 1, 1]), rng.uniform(-1, 0.3)]
         for _ in range(8):
-            act(action)
+            env.step(action)
 
 
 @case(
@@ -63,7 +63,7 @@ def the_work_does_not_grow(count):
         for _ in range(count // 80):
             action = [rng.uniform(-1, 1), rng.choice([-1, 1, 1]), rng.uniform(-1, 0.3)]
             for _ in range(8):
-                env.episode.act(action)
+                env.step(action)
                 sweeps[k] += env.episode.world.tally[0].sweeps
     per_step = sweeps / (count / 10)
     return f"{per_step[1]:.0f} and {per_step[9]:.0f} sweeps a step", per_step[9] <= 2 * per_step[1]
