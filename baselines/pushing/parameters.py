@@ -104,7 +104,7 @@ def range_of(entry: Field) -> tuple[float, float]:
     return entry.metadata["range"]
 
 
-ON_CELLS = Parameters(shave=0.7, rim=0.7)  # a step at the rim of a pit stands there, and no later push gets hold of it
+ON_CELLS = Parameters(shave=0.7, rim=0.9)  # a step at the rim of a pit stands there, and no later push gets hold of it
 
 
 def numbers_for(terrain: str) -> Parameters:
