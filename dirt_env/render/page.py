@@ -7,7 +7,7 @@ from importlib.resources import files
 
 _SCRIPTS = (
     *("decode", "matrix", "camera", "pointer", "moment", "model", "surface", "cells", "shaders"),
-    *("webgl", "canvas", "chart", "panel"),
+    *("webgl", "canvas", "chart", "panel", "shell"),
 )
 _KINDS = {"replay": ("main", ("replay",)), "pair": ("pair", ("replay", "pair"))}  # last script, and styles
 

@@ -36,27 +36,14 @@ def attempts(here, ahead, trial, open_, work, n):
 
 
 @kernel
-def shrink(along, side_a, side_b, flow, trial, n, momentum, least):
+def shrink(along, near_a, far_a, near_b, far_b, flow, trial, n, momentum, least):
     """q = w max(0, 1 - T / (8 |w|)) on n links and y = q + momentum (q - last q); `least` is T / 8.
 
-    `side_a`, `side_b`: w of the links across, each next to n links and the ones after or before them.
+    `near_a`, `far_a`, `near_b`, `far_b`: w of the links across, on either side (a, b) of both ends of each link.
     """
     quarter, nothing, one = along.dtype.type(0.25), along.dtype.type(0.0), along.dtype.type(1.0)
     for p in range(n):
-        across = quarter * ((side_a[p] + side_a[p + 1]) + (side_b[p] + side_b[p + 1]))
-        size = sqrt(along[p] * along[p] + across * across)
-        share = one - least / size if size > least else nothing
-        new = along[p] * share
-        trial[p] = new + momentum * (new - flow[p])
-        flow[p] = new
-
-
-@kernel
-def shrink_up(along, left, right, left_high, right_high, flow, trial, n, momentum, least):
-    """The same on upper links, whose links across are those to the left and right in their own and the next row."""
-    quarter, nothing, one = along.dtype.type(0.25), along.dtype.type(0.0), along.dtype.type(1.0)
-    for p in range(n):
-        across = quarter * ((right[p] + right_high[p]) + (left[p] + left_high[p]))
+        across = quarter * ((near_a[p] + far_a[p]) + (near_b[p] + far_b[p]))
         size = sqrt(along[p] * along[p] + across * across)
         share = one - least / size if size > least else nothing
         new = along[p] * share
@@ -88,9 +75,12 @@ def iterate(level, stride, r0, r1, c0, c1, momentum, least):
         if first >= last:
             continue
         p, m = first * stride + c0, n if n < stride else (last - first) * stride
-        shrink(work_x[p:], work_y[p:], work_y[p - stride :], level[FLOW_X][p:], level[TRIAL_X][p:], m, momentum, least)
-        shrink_up(
-            work_y[p:], work_x[p - 1 :], work_x[p:], work_x[p + stride - 1 :], work_x[p + stride :],
+        shrink(
+            work_x[p:], work_y[p:], work_y[p + 1 :], work_y[p - stride :], work_y[p - stride + 1 :],
+            level[FLOW_X][p:], level[TRIAL_X][p:], m, momentum, least,
+        )  # fmt: skip
+        shrink(
+            work_y[p:], work_x[p:], work_x[p + stride :], work_x[p - 1 :], work_x[p + stride - 1 :],
             level[FLOW_Y][p:], level[TRIAL_Y][p:], m, momentum, least,
         )  # fmt: skip
         add_flows(

@@ -55,3 +55,11 @@ def straight(x0, y0, heading, distance, stride, **blade):
         line_at(x0 + s * cos(heading), y0 + s * sin(heading), heading, **blade)
         for s in np.linspace(0, distance, steps + 1)
     ]
+
+
+def cone(side, cell, x, y, volume, slope):
+    """A cone of repose as averages of 8 x 8 points a cell, f8[side, side] m: V = pi H^3 / (3 slope^2)."""
+    fine = (np.arange(8 * side) + 0.5) * cell / 8
+    high = (3 * slope**2 * volume / np.pi) ** (1 / 3)
+    points = np.maximum(0.0, high - slope * np.hypot(fine[:, None] - y, fine[None, :] - x))
+    return points.reshape(side, 8, side, 8).mean(axis=(1, 3))

@@ -8,7 +8,8 @@ from dirt_env.bench.accuracy.ledger import Ledger, stamp
 from dirt_env.bench.accuracy.measure import measure
 from dirt_env.bench.accuracy.plan import Item, plan
 from dirt_env.bench.accuracy.plots import need_matplotlib, write_plots
-from dirt_env.bench.accuracy.report import as_json, renewed, terminal
+from dirt_env.bench.accuracy.report import renewed, terminal
+from dirt_env.bench.document import as_json
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 

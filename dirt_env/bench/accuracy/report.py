@@ -1,6 +1,5 @@
 """The report in words: the table on the terminal, the tables of docs/accuracy.md."""
 
-import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,17 +9,11 @@ from dirt_env.bench.accuracy.plan import BASE_CELLS, BASE_TOLERANCE, COLLAPSE
 from dirt_env.bench.accuracy.plots import sweep_of
 from dirt_env.bench.accuracy.studies import STUDIES
 from dirt_env.bench.accuracy.targets import TARGETS, best, is_met
+from dirt_env.bench.document import aligned, markdown
 
 GOOD = 0.01  # relative L1 error at which the default's time is compared
 NEAR = 1.05  # a rule's time counts where its error is within this of its smallest
 Row = Mapping[str, Any]
-
-
-def as_json(report: Mapping[str, Any]) -> str:
-    """The report with a row a line, so that versions of it can be compared."""
-    head = {name: value for name, value in report.items() if name != "rows"}
-    rows = ",\n".join(json.dumps(row) for row in report["rows"])
-    return f'{json.dumps(head, indent=1)[:-2]},\n "rows": [\n{rows}\n]}}\n'
 
 
 def terminal(rows: Sequence[Row]) -> str:
@@ -32,11 +25,9 @@ def terminal(rows: Sequence[Row]) -> str:
     ]:
         found = [row for row in rows if row["problem"] == name]
         if found:
-            parts.append(f"{name}: {title} ({truth})\n{_aligned(_cells(found))}")
+            parts.append(f"{name}: {title} ({truth})\n{aligned(_cells(found))}")
     if comparison := collapse(rows):
-        parts.append(
-            f"Column collapse, {BASE_CELLS} x {BASE_CELLS}: time to the smallest error\n{_aligned(comparison)}"
-        )
+        parts.append(f"Column collapse, {BASE_CELLS} x {BASE_CELLS}: time to the smallest error\n{aligned(comparison)}")
     return "\n\n".join(parts)
 
 
@@ -53,16 +44,6 @@ def _cells(rows: Sequence[Row]) -> list[list[str]]:
     shown = [column for column in columns if any(row[column[0]] not in (None, "") for row in rows)]
     body = [["-" if row[name] in (None, "") else form(row[name]) for name, _, form in shown] for row in rows]
     return [[title for _, title, _ in shown], *body]
-
-
-def _aligned(lines: Sequence[Sequence[str]]) -> str:
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join("  ".join(map(str.rjust, line, widths)).rstrip() for line in lines)
-
-
-def _markdown(lines: Sequence[Sequence[str]]) -> str:
-    head, *body = lines
-    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *body])
 
 
 def collapse(rows: Sequence[Row]) -> list[list[str]]:
@@ -168,12 +149,12 @@ def blocks(report: Mapping[str, Any]) -> dict[str, str]:
     versions = ", ".join(f"{name} {version}" for name, version in report["versions"].items())
     return {
         "made-with": f"Commit {report['commit']}; {report['machine']}; {versions}.",
-        "targets": _markdown(targets(rows)),
-        "collapse": _markdown(collapse(rows) or [["not measured"]]),
-        "problems": _markdown(problems(rows)),
-        "cells": _markdown(sweeps(rows, "cells", "cells along the side")),
-        "tolerances": _markdown(sweeps(rows, "tolerance", "tolerance, share of repose")),
-        **{name: _markdown(study(rows, name)) for name in STUDIES},
+        "targets": markdown(targets(rows)),
+        "collapse": markdown(collapse(rows) or [["not measured"]]),
+        "problems": markdown(problems(rows)),
+        "cells": markdown(sweeps(rows, "cells", "cells along the side")),
+        "tolerances": markdown(sweeps(rows, "tolerance", "tolerance, share of repose")),
+        **{name: markdown(study(rows, name)) for name in STUDIES},
     }
 
 

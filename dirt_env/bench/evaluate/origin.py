@@ -3,7 +3,6 @@
 import hashlib
 import os
 import platform
-import subprocess
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
@@ -12,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env import __version__
+from dirt_env.bench.provenance import LIBRARIES, commit, processor
 from dirt_env.policy import PACKAGE, policy_file
 
 ROOT = Path(__file__).resolve().parents[2]
-LIBRARIES = ("gymnasium", "numba", "numpy")
 
 
 def code_digest(policies: Sequence[str]) -> str:
@@ -46,27 +45,10 @@ def origin() -> dict[str, Any]:
             "python": platform.python_version(),
             **{name: version(name) for name in LIBRARIES},
         },
-        "commit": _commit(),
-        "machine": {"system": platform.system(), "architecture": platform.machine(), "processor": _processor()},
+        "commit": commit(),
+        "machine": {
+            "system": platform.system(),
+            "architecture": platform.machine(),
+            "processor": f"{processor()}, {os.cpu_count()} cores",
+        },
     }
-
-
-def _commit() -> str | None:
-    """The commit that is checked out, with a plus where files were changed since."""
-    if not (ROOT.parent / ".git").exists():
-        return None
-    try:
-        ask = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]
-        return subprocess.run(ask, capture_output=True, text=True, check=True, timeout=20).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        return None
-
-
-def _processor() -> str:
-    """The processor's model, with the number of its cores that may be used."""
-    name = platform.processor()
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists():
-        models = [line.partition(":")[2].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
-        name = models[0] if models else name
-    return f"{name}, {os.cpu_count()} cores"

@@ -5,12 +5,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from dirt_env.bench.document import as_json
 from dirt_env.bench.provenance import provenance
 from dirt_env.bench.speed.full_load import Push, measure_push
 from dirt_env.bench.speed.measure import QUICK, CartPole, Effort, Item, measure
 from dirt_env.bench.speed.plan import plan
 from dirt_env.bench.speed.process import memory, resident, start
-from dirt_env.bench.speed.report import as_json, terminal
+from dirt_env.bench.speed.report import terminal
 from dirt_env.bench.speed.shares import shares
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically

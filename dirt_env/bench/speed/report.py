@@ -1,9 +1,12 @@
-"""The report in words: the table on the terminal, the tables of docs/speed.md, the targets."""
+"""The report in words: the tables on the terminal."""
 
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from dirt_env.bench.speed.targets import Report, Row, targets
+from dirt_env.bench.document import aligned
+
+Row = Mapping[str, Any]
+Report = Mapping[str, Any]
 
 COLUMNS = (
     ("case", "case", str), ("rows", "cells", "{0}x{0}".format), ("num_envs", "worlds", str),
@@ -16,17 +19,10 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def as_json(report: Report) -> str:
-    """The report with a row a line, so that versions of it can be compared."""
-    head = {name: value for name, value in report.items() if name != "rows"}
-    rows = ",\n".join(json.dumps(row) for row in report["rows"])
-    return f'{json.dumps(head, indent=1)[:-2]},\n "rows": [\n{rows}\n]}}\n'
-
-
 def terminal(report: Report) -> str:
     """All that was measured."""
-    parts = [_aligned(cells(report["rows"]))] if report["rows"] else []
-    parts += [_aligned(lines) for lines in (split(report), starts(report), memory(report)) if len(lines) > 1]
+    parts = [aligned(cells(report["rows"]))] if report["rows"] else []
+    parts += [aligned(lines) for lines in (split(report), starts(report), memory(report)) if len(lines) > 1]
     return "\n\n".join(parts) or "nothing measured"
 
 
@@ -59,31 +55,3 @@ def memory(report: Report) -> list[list[str]]:
     moments = ("before", f"after {found['steps']:,} steps", f"after {found['resets']:,} resets more")
     keys = ("before_mb", "after_steps_mb", "after_resets_mb")
     return [["memory", "MB"], *([moment, f"{found[key]:.1f}"] for moment, key in zip(moments, keys, strict=True))]
-
-
-def blocks(report: Report) -> dict[str, str]:
-    """What stands between the marks of docs/speed.md, by the mark's name."""
-    versions = ", ".join(f"{name} {version}" for name, version in report["versions"].items())
-    pole = f"CartPole-v1: {report['cartpole_steps_per_s']:,.0f} steps/s"
-    rows = [row for row in report["rows"] if row["drive"] != "full_load"]
-    pushes = [row for row in report["rows"] if row["drive"] == "full_load"]
-    return {
-        "made-with": f"Commit {report['commit']}; {report['machine']}; {versions}. {pole}.",
-        "targets": markdown(targets(report)),
-        "rows": markdown(cells(rows)),
-        "full-load": markdown(cells(pushes)),
-        "shares": markdown(split(report)),
-        "start": markdown(starts(report)),
-        "memory": markdown(memory(report)),
-    }
-
-
-def markdown(lines: Sequence[Sequence[str]]) -> str:
-    """Lines of cells, the head first, as a Markdown table."""
-    head, *body = lines
-    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *body])
-
-
-def _aligned(lines: Sequence[Sequence[str]]) -> str:
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join("  ".join(map(str.rjust, line, widths)).rstrip() for line in lines)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from dirt_env.bench.provenance import provenance
 from dirt_env.bench.stability.watchdog import Row
+from dirt_env.render.atomic import write_atomically
 
 BEGIN, END = "<!-- cases: begin (dirt-push stability --doc FILE) -->", "<!-- cases: end -->"
 
@@ -29,9 +30,7 @@ def write_json(rows: Sequence[Row], quick: bool, path: Path) -> None:
     """Write `stability.json`; every row has the wall-clock limit it was under."""
     report = {**provenance(), "quick": quick, "limit_s": max(row.limit_s for row in rows)}
     report["rows"] = [row._asdict() for row in rows]
-    draft = path.with_suffix(".draft")
-    draft.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-    draft.replace(path)
+    write_atomically(path, (json.dumps(report, indent=1) + "\n").encode())
 
 
 def markdown(rows: Sequence[Row]) -> str:
@@ -53,4 +52,4 @@ def renew(path: Path, rows: Sequence[Row]) -> None:
     _, end, after = rest.partition(END)
     if not begin or not end:
         raise ValueError(f"{path} has no place for the table; needed: lines {BEGIN!r} and {END!r}")
-    path.write_text(f"{before}{BEGIN}\n\n{markdown(rows)}\n\n{END}{after}", encoding="utf-8")
+    write_atomically(path, f"{before}{BEGIN}\n\n{markdown(rows)}\n\n{END}{after}".encode())

@@ -1,8 +1,5 @@
 // Puts it together: one clock, one camera, one renderer. The address may say #at=60&camera=follow&episode=1&renderer=canvas&ground=cells.
 
-const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32];
-const wish = new URLSearchParams(location.hash.slice(1));
-
 class Player {
   constructor(replay) {
     this.replay = replay;
@@ -15,15 +12,8 @@ class Player {
   }
 
   makeRenderer(withCard) {
-    const { machine, blade } = this.replay, stage = byId("stage");
-    const fresh = () => { const canvas = document.createElement("canvas"); canvas.tabIndex = 0; stage.replaceChildren(canvas); return canvas; };
-    try {
-      if (!withCard) throw new Error("not wanted");
-      this.renderer = new GlRenderer(fresh(), machine, blade);
-      this.renderer.canvas.addEventListener("webglcontextlost", () => this.makeRenderer(false));
-    } catch {
-      this.renderer = new FlatRenderer(fresh(), machine, blade);
-    }
+    this.renderer = makeRenderer(byId("stage"), this.replay, withCard, () => this.makeRenderer(false));
+    this.renderer.canvas.tabIndex = 0;
     steer(this.renderer.canvas, () => [this.camera], () => { this.dirty = true; });
     if (this.episode) this.renderer.setEpisode(this.episode);
     this.dirty = true;
@@ -59,21 +49,13 @@ class Player {
       if (this.seconds >= end) this.play(false);
       this.dirty = true;
     }
-    if (this.fit() || this.dirty) {
+    if (fit(this.renderer.canvas) || this.dirty) {
       const moment = this.moment(), { x, y, z, heading } = moment.pose;
       this.dirty = this.camera.track([x, y, z + 0.8], heading, passed);
       this.renderer.draw(this.camera, moment);
       this.panel.show(moment.first, this.seconds);
     }
     requestAnimationFrame((next) => this.tick(next));
-  }
-
-  fit() {
-    const { canvas } = this.renderer, ratio = Math.min(2, window.devicePixelRatio || 1);
-    const wide = Math.max(1, Math.round(canvas.clientWidth * ratio)), high = Math.max(1, Math.round(canvas.clientHeight * ratio));
-    if (canvas.width === wide && canvas.height === high) return false;
-    Object.assign(canvas, { width: wide, height: high });
-    return true;
   }
 
   play(on) {
@@ -155,33 +137,15 @@ class Player {
   }
 }
 
-function notice(text) {
-  byId("notice").textContent = text;
-  byId("notice").hidden = false;
-}
-
-async function main() {
-  if (typeof DecompressionStream === "undefined") {
-    notice("This replay needs a browser of 2023 or newer (DecompressionStream).");
-    return;
-  }
-  const player = new Player(JSON.parse(byId("replay").textContent));
-  const count = player.replay.episodes.length;
-  await player.choose(Math.min(count - 1, Math.max(0, Number(wish.get("episode")) || 0)));
+start(async (replay) => {
+  const player = new Player(replay);
+  await player.choose(wishedEpisode(replay.episodes.length));
   const { times, frames } = player.episode;
-  player.setSpeed(SPEEDS.find((speed) => (times[frames - 1] - times[0]) / speed <= 40) || SPEEDS[SPEEDS.length - 1]);
-  player.setView(["follow", "top"].includes(wish.get("camera")) ? wish.get("camera") : "overview");
+  player.setSpeed(speedFor(times[frames - 1] - times[0]));
+  player.setView(wishedView());
   player.setCells(wish.get("ground") === "cells");
   if (wish.has("tall")) player.setTall(Number(wish.get("tall")) || 1);
   if (wish.has("at")) player.seek(Number(wish.get("at")));
   player.play(!wish.has("at"));
   player.tick(performance.now());
-  document.documentElement.dataset.state = "ready";
-  window.dispatchEvent(new Event("replay-ready"));
-}
-
-main().catch((problem) => {
-  document.documentElement.dataset.state = "failed";
-  console.error(problem);
-  notice(`The replay could not be shown: ${problem.message}`);
 });

@@ -17,15 +17,7 @@ class Side {
   }
 
   makeRenderer(withCard) {
-    const { machine, blade } = this.replay;
-    const fresh = () => { const canvas = document.createElement("canvas"); this.view.replaceChildren(canvas); return canvas; };
-    try {
-      if (!withCard) throw new Error("not wanted");
-      this.renderer = new GlRenderer(fresh(), machine, blade);
-      this.renderer.canvas.addEventListener("webglcontextlost", () => this.makeRenderer(false));
-    } catch {
-      this.renderer = new FlatRenderer(fresh(), machine, blade);
-    }
+    this.renderer = makeRenderer(this.view, this.replay, withCard, () => this.makeRenderer(false));
     steer(this.renderer.canvas, () => this.pair.sides.map((side) => side.camera), () => { this.pair.dirty = true; });
     if (this.episode) this.renderer.setEpisode(this.episode);
     this.pair.dirty = true;
@@ -61,14 +53,6 @@ class Side {
     for (const { k, unit, value } of this.cells) value.textContent = formatValue(this.episode.stats[k][moment.first], unit);
     return moving;
   }
-
-  fit() {
-    const { canvas } = this.renderer, ratio = Math.min(2, window.devicePixelRatio || 1);
-    const wide = Math.max(1, Math.round(canvas.clientWidth * ratio)), high = Math.max(1, Math.round(canvas.clientHeight * ratio));
-    if (canvas.width === wide && canvas.height === high) return false;
-    Object.assign(canvas, { width: wide, height: high });
-    return true;
-  }
 }
 
 class Pair {
@@ -102,7 +86,7 @@ class Pair {
       if (this.seconds >= this.end) this.play(false);
       this.dirty = true;
     }
-    const resized = this.sides.map((side) => side.fit()).includes(true);
+    const resized = this.sides.map((side) => fit(side.renderer.canvas)).includes(true);
     if (resized || this.dirty) {
       this.dirty = this.sides.map((side) => side.show(this.seconds, passed)).includes(true);
       byId("clock").textContent = `${formatTime(this.seconds)} / ${formatTime(this.end)}`;
@@ -195,30 +179,13 @@ function drawShares(canvas, sides, at, end) {
   pen.fillRect(x(at) - 0.75, top, 1.5, bottom - top);
 }
 
-function notice(text) {
-  byId("notice").textContent = text;
-  byId("notice").hidden = false;
-}
-
-async function main() {
-  if (typeof DecompressionStream === "undefined") {
-    notice("This replay needs a browser of 2023 or newer (DecompressionStream).");
-    return;
-  }
-  const pair = new Pair(JSON.parse(byId("replay").textContent));
-  await pair.choose(Math.min(pair.count - 1, Math.max(0, Number(wish.get("episode")) || 0)));
-  pair.setSpeed(SPEEDS.find((speed) => (pair.end - pair.start) / speed <= 40) || SPEEDS[SPEEDS.length - 1]);
-  pair.setView(["follow", "top"].includes(wish.get("camera")) ? wish.get("camera") : "overview");
+start(async (data) => {
+  const pair = new Pair(data);
+  await pair.choose(wishedEpisode(pair.count));
+  pair.setSpeed(speedFor(pair.end - pair.start));
+  pair.setView(wishedView());
   if (wish.has("at")) pair.seek(Number(wish.get("at")));
   pair.play(!wish.has("at"));
   pair.tick(performance.now());
   document.documentElement.dataset.renderer = pair.sides[0].renderer.name;
-  document.documentElement.dataset.state = "ready";
-  window.dispatchEvent(new Event("replay-ready"));
-}
-
-main().catch((problem) => {
-  document.documentElement.dataset.state = "failed";
-  console.error(problem);
-  notice(`The replay could not be shown: ${problem.message}`);
 });

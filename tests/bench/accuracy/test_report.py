@@ -179,10 +179,3 @@ def test_marks_that_are_wrong_are_refused():
     for text in ("<!-- accuracy:hill --><!-- /accuracy -->", "<!-- accuracy:targets -->"):
         with pytest.raises(ValueError, match="has no end or no block"):
             report.renewed(text, made)
-
-
-def test_the_report_is_json_with_a_row_a_line():
-    made = {"commit": "c", "machine": "m", "versions": {}, "rows": [row_of("wedge", "explicit")] * 3}
-    text = report.as_json(made)
-    assert json.loads(text) == made
-    assert sum('"wedge"' in line for line in text.splitlines()) == 3

@@ -1,0 +1,150 @@
+"""Stages of a super-step (see `super_steps`): sweeps with momentum over a wide window, links closed or not."""
+
+from dirt_env.sim.jit import kernel
+from dirt_env.sim.laws import RATE, link_excess, quantise
+from dirt_env.sim.sheet import FLOW_X, FLOW_Y, OPEN_X, OPEN_Y, RATE_X, RATE_Y, hold_ring
+
+BLOCK = 4096  # cells that are swept at a time: what they need stays in the nearest cache
+
+
+@kernel
+def brisk_flux(drop, steep, threshold2):
+    """F = drop (1 - T / g), and 0 up to T, from the squares `steep` of g and `threshold2` of T, without a root.
+
+    1 - T / g is Pade's approximant about g = T, true to 1 % up to 2.5 T; cliffs give 4/5 of their due.
+    """
+    real = type(drop)
+    nothing, four, five, ten = real(0.0), real(4.0), real(5.0), real(10.0)
+    fourth, tenfold = threshold2 * threshold2, ten * threshold2
+    share = (four * (steep * steep - fourth)) / (fourth + steep * (tenfold + five * steep))
+    return drop * share if steep > threshold2 else nothing
+
+
+@kernel
+def lean_flows(low, here, high, flow_x, flow_y, n, momentum, gain, threshold2):
+    """flow = momentum * flow + gain * F on the right and upper links of n cells, where all links around are open.
+
+    `low`, `here`, `high` begin one cell to the left of them.
+    """
+    quarter = here.dtype.type(0.25)
+    for p in range(n):
+        drop = here[p + 2] - here[p + 1]
+        across = quarter * ((high[p + 1] - low[p + 1]) + (high[p + 2] - low[p + 2]))
+        steep = drop * drop + across * across
+        flow_x[p] = momentum * flow_x[p] + gain * brisk_flux(drop, steep, threshold2)
+        drop = high[p + 1] - here[p + 1]
+        across = quarter * ((here[p + 2] - here[p]) + (high[p + 2] - high[p]))
+        steep = drop * drop + across * across
+        flow_y[p] = momentum * flow_y[p] + gain * brisk_flux(drop, steep, threshold2)
+
+
+@kernel
+def masked_flows_x(low, here, high, open_x, above, below, rate, flow, n, momentum, gain, threshold2):
+    """The same on right links; closed ones carry nothing and give nothing to the gradients around them.
+
+    `open_x`, `above`, `below`: masks of the right link and of the upper and lower links of n + 1 cells.
+    """
+    quarter = here.dtype.type(0.25)
+    for p in range(n):
+        drop = open_x[p] * (here[p + 2] - here[p + 1])
+        left = above[p] * (high[p + 1] - here[p + 1]) + below[p] * (here[p + 1] - low[p + 1])
+        right = above[p + 1] * (high[p + 2] - here[p + 2]) + below[p + 1] * (here[p + 2] - low[p + 2])
+        across = quarter * (left + right)
+        steep = drop * drop + across * across
+        flow[p] = momentum * flow[p] + gain * rate[p] * brisk_flux(drop, steep, threshold2)
+
+
+@kernel
+def masked_flows_y(here, high, open_y, right, right_high, rate, flow, n, momentum, gain, threshold2):
+    """The same on upper links. `right`, `right_high`: masks of the right links of both rows, from one cell before."""
+    quarter = here.dtype.type(0.25)
+    for p in range(n):
+        drop = open_y[p] * (high[p + 1] - here[p + 1])
+        lower = right[p + 1] * (here[p + 2] - here[p + 1]) + right[p] * (here[p + 1] - here[p])
+        upper = right_high[p + 1] * (high[p + 2] - high[p + 1]) + right_high[p] * (high[p + 1] - high[p])
+        across = quarter * (lower + upper)
+        steep = drop * drop + across * across
+        flow[p] = momentum * flow[p] + gain * rate[p] * brisk_flux(drop, steep, threshold2)
+
+
+@kernel
+def link_flows(sheet, ground, links, levels, count, gain, threshold):
+    """Add gain * F to the flows of the links that the blade closes; their momentum is already in them."""
+    for k in range(count):
+        p, q, along_x = links[k, 0], links[k, 1], links[k, 2]
+        high, low = max(ground[p], ground[q]), min(ground[p], ground[q])
+        excess = link_excess(high, low, levels[k, 0], levels[k, 1], threshold)
+        if excess > 0:
+            part = FLOW_X if along_x else FLOW_Y
+            sheet[part, p] += gain * excess if ground[q] > ground[p] else -gain * excess
+
+
+@kernel
+def update(ground, out_x, in_x, out_y, in_y, after, n, lock):
+    """h - div F, with every flow rounded to the quantum."""
+    for p in range(n):
+        after[p] = ground[p] + (
+            (quantise(out_x[p], lock) - quantise(in_x[p], lock)) + (quantise(out_y[p], lock) - quantise(in_y[p], lock))
+        )
+
+
+@kernel
+def lean_rows(ground, after, flow_x, flow_y, stride, window, rows, cols, a, b, momentum, gain, threshold2, lock):
+    """One stage of the sheet's rows [a, b), counted with the ring, of a window in which all links are open."""
+    tall, wide = window[1] - window[0], window[3] - window[2]
+    p, n = a * stride + 1, (b - a) * stride
+    lean_flows(
+        ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :], flow_x[p:], flow_y[p:], n,
+        momentum, gain, threshold2,
+    )  # fmt: skip
+    for q in range(p - 1, p - 1 + n, stride):  # nothing crosses the window's sides
+        flow_x[q] = flow_x[q + wide] = 0
+    if b == tall + 1:
+        flow_y[p + n - stride : p + n] = 0
+    update(ground[p:], flow_x[p:], flow_x[p - 1 :], flow_y[p:], flow_y[p - stride :], after[p:], n, lock)
+    hold_ring(ground, after, stride, window, rows, cols, a, b)
+
+
+@kernel
+def weights(stage, real):
+    """(momentum, gain) of a stage of a super-step, counted from 1."""
+    return real((stage - 1) / stage), real(RATE * (2 * stage - 1) / stage)
+
+
+@kernel
+def lean_stages(ground, after, flow_x, flow_y, stride, window, rows, cols, stage, count, threshold2, lock):
+    """`count` stages after number `stage` of a super-step.
+
+    Each follows the one before it one row behind, a few rows at a time, while these are still in the cache; the last
+    leaves the ground in `ground` if `count` is even, else in `after`.
+    """
+    real = ground.dtype.type
+    tall = window[1] - window[0]
+    block = max(1, BLOCK // stride)
+    for first in range(1, tall + count, block):
+        for i in range(count):
+            a, b = max(first - i, 1), min(first + block - i, tall + 1)
+            if a < b:
+                momentum, gain = weights(stage + i + 1, real)
+                old, new = (ground, after) if i % 2 == 0 else (after, ground)
+                lean_rows(old, new, flow_x, flow_y, stride, window, rows, cols, a, b, momentum, gain, threshold2, lock)
+
+
+@kernel
+def masked_stage(sheet, ground, after, stride, tall, links, levels, count, momentum, gain, threshold, lock):
+    """The same with walls, solid cells and a blade in the window."""
+    p, n = stride + 1, tall * stride
+    open_x, open_y = sheet[OPEN_X], sheet[OPEN_Y]
+    low, here, high = ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :]
+    threshold2 = threshold * threshold
+    masked_flows_x(
+        low, here, high, open_x[p:], open_y[p:], open_y[p - stride :], sheet[RATE_X][p:], sheet[FLOW_X][p:], n,
+        momentum, gain, threshold2,
+    )  # fmt: skip
+    masked_flows_y(
+        here, high, open_y[p:], open_x[p - 1 :], open_x[p + stride - 1 :], sheet[RATE_Y][p:], sheet[FLOW_Y][p:], n,
+        momentum, gain, threshold2,
+    )  # fmt: skip
+    link_flows(sheet, ground, links, levels, count, gain, threshold)
+    flow_x, flow_y = sheet[FLOW_X], sheet[FLOW_Y]
+    update(ground[p:], flow_x[p:], flow_x[p - 1 :], flow_y[p:], flow_y[p - stride :], after[p:], n, lock)
