@@ -13,9 +13,8 @@ from math import sqrt
 
 import numpy as np
 
-from dirt_env.sim.blade import Line, blocked_links
 from dirt_env.sim.jit import entry, kernel
-from dirt_env.sim.laws import RATE, link_excess, quantise
+from dirt_env.sim.laws import RATE, quantise
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.sheet import (
     FLOW_X,
@@ -36,14 +35,13 @@ from dirt_env.sim.sheet import (
     reached,
     unpack_ground,
 )
-from dirt_env.sim.slump import limits, relax
+from dirt_env.sim.slump import limits
 from dirt_env.sim.state import World
 from dirt_env.sim.window import clear, widen, window_around
 
 BLOCK = 4096  # cells that are swept at a time: what they need stays in the nearest cache
 LOOK = 4  # stages between two looks whether all is settled and whether the window is wide enough
 BAND = LOOK + 2  # cells along the window's sides that soil may not have reached at a look
-LONG = 96  # sweeps after which an avalanche in a control step counts as long
 SHARE = 0.5  # length of a super-step, as a share of the pseudo-time before it
 
 
@@ -106,29 +104,6 @@ def masked_flows_y(here, high, open_y, right, right_high, rate, flow, n, momentu
 
 
 @kernel
-def swept_only(sheet, links, levels, count):
-    """Drop those of the listed links that the window does not sweep; returns how many are left."""
-    left = 0
-    for k in range(count):
-        if sheet[RATE_X if links[k, 2] else RATE_Y, links[k, 0]] != 0:
-            links[left], levels[left] = links[k], levels[k]
-            left += 1
-    return left
-
-
-@kernel
-def link_flows(sheet, ground, links, levels, count, gain, threshold):
-    """Add gain * F to the flows of the links that the blade closes; their momentum is already in them."""
-    for k in range(count):
-        p, q, along_x = links[k, 0], links[k, 1], links[k, 2]
-        high, low = max(ground[p], ground[q]), min(ground[p], ground[q])
-        excess = link_excess(high, low, levels[k, 0], levels[k, 1], threshold)
-        if excess > 0:
-            part = FLOW_X if along_x else FLOW_Y
-            sheet[part, p] += gain * excess if ground[q] > ground[p] else -gain * excess
-
-
-@kernel
 def update(ground, out_x, in_x, out_y, in_y, after, n, lock):
     """h - div F, with every flow rounded to the quantum."""
     for p in range(n):
@@ -180,8 +155,8 @@ def lean_stages(ground, after, flow_x, flow_y, stride, window, rows, cols, stage
 
 
 @kernel
-def masked_stage(sheet, ground, after, stride, tall, links, levels, count, momentum, gain, threshold, lock):
-    """The same with walls, solid cells and a blade in the window."""
+def masked_stage(sheet, ground, after, stride, tall, momentum, gain, threshold, lock):
+    """The same with walls and solid cells in the window."""
     p, n = stride + 1, tall * stride
     open_x, open_y = sheet[OPEN_X], sheet[OPEN_Y]
     low, here, high = ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :]
@@ -194,7 +169,6 @@ def masked_stage(sheet, ground, after, stride, tall, links, levels, count, momen
         here, high, open_y[p:], open_x[p - 1 :], open_x[p + stride - 1 :], sheet[RATE_Y][p:], sheet[FLOW_Y][p:], n,
         momentum, gain, threshold2,
     )  # fmt: skip
-    link_flows(sheet, ground, links, levels, count, gain, threshold)
     flow_x, flow_y = sheet[FLOW_X], sheet[FLOW_Y]
     update(ground[p:], flow_x[p:], flow_x[p - 1 :], flow_y[p:], flow_y[p - stride :], after[p:], n, lock)
 
@@ -234,7 +208,7 @@ def count_steep_masked(low, here, high, x, x_low, x_high, y, y_low, rate_x, rate
 
 
 @kernel
-def count_unsettled(sheet, ground, stride, tall, masked, links, levels, count, settled, threshold):
+def count_unsettled(sheet, ground, stride, tall, masked, settled):
     """How many links are steeper than what counts as settled, by the same arithmetic as `slump`."""
     p, n = stride + 1, tall * stride
     open_x, open_y = sheet[OPEN_X], sheet[OPEN_Y]
@@ -242,14 +216,10 @@ def count_unsettled(sheet, ground, stride, tall, masked, links, levels, count, s
     low, here, high = ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :]
     if not masked:
         return count_steep(low, here, high, sheet[RATE_X][p:], sheet[RATE_Y][p:], n, limit)
-    found = count_steep_masked(
+    return count_steep_masked(
         low, here, high, open_x[p - 1 :], open_x[p - stride - 1 :], open_x[p + stride - 1 :], open_y[p - 1 :],
         open_y[p - stride - 1 :], sheet[RATE_X][p:], sheet[RATE_Y][p:], n, limit,
     )  # fmt: skip
-    for k in range(count):
-        a, b = ground[links[k, 0]], ground[links[k, 1]]
-        found += link_excess(max(a, b), min(a, b), levels[k, 0], levels[k, 1], threshold) > settled - threshold
-    return found
 
 
 @kernel
@@ -310,7 +280,7 @@ def grown(window, sides, largest):
 
 
 @kernel
-def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, line, blade_low, elapsed, most):
+def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, elapsed, most):
     """`slump.relax` by super-steps: at most `most` stages, the ground having slumped for `elapsed` pseudo-time before.
 
     Returns (stages, height lost over an open border [m of one cell]).
@@ -320,9 +290,8 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
     border = 0 if outside is None else 1
     largest = (-border, rows + border, -border, cols + border)
     threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
-    links, levels = np.zeros((rows + cols + 8, 3), np.int64), np.zeros((rows + cols + 8, 2), height.dtype)
-    masked = solid is not None or outside is not None or blade_low
-    stages = stage = length = count = sides = 0
+    masked = solid is not None or outside is not None
+    stages = stage = length = sides = 0
     lost = 0.0
     window = window_around(pending, BAND + 2, rows, cols, border)
     sheet, stride = new_sheet(height, (0, 0, 0, 0))
@@ -337,17 +306,13 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
             tall = window[1] - window[0]
             pack_ground(height, sheet, stride, window)
             pack_links(solid, outside, sheet, stride, window, rows, cols, masked)
-            if blade_low:
-                shifted = (window[0], window[1], window[2] - 1, window[3])
-                count = blocked_links(line, cell, shifted, stride, 0, sheet.shape[1], sheet, links, levels)
-                count = swept_only(sheet, links, levels, count)
             move_flows(old, old_stride, before, sheet, stride, window)
             if outside is not None:
                 drain_rim(outside, ground, ground, stride, window, rows, cols)
                 after[:] = ground
             before = window
         if stages % LOOK == 0:
-            if count_unsettled(sheet, ground, stride, tall, masked, links, levels, count, settled, threshold) == 0:
+            if count_unsettled(sheet, ground, stride, tall, masked, settled) == 0:
                 clear(pending)
                 break
             sides = reached(height, ground, stride, window, largest, BAND)
@@ -367,7 +332,7 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
         run = min(length - stage, most - stages, LOOK - stages % LOOK, 1 if masked else LOOK)
         if masked:
             momentum, gain = weights(stage + 1, real)
-            masked_stage(sheet, ground, after, stride, tall, links, levels, count, momentum, gain, threshold, lock)
+            masked_stage(sheet, ground, after, stride, tall, momentum, gain, threshold, lock)
             if outside is not None:
                 lost += drain_rim(outside, ground, after, stride, window, rows, cols)
         else:
@@ -384,29 +349,12 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
     return stages, lost
 
 
-@kernel
-def subside(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low):
-    """`slump.relax`, and by super-steps what has not settled after LONG sweeps. Returns (sweeps and stages, lost)."""
-    short = Soil(soil.slope, soil.density, soil.friction, soil.tolerance, min(soil.max_sweeps, LONG))
-    sweeps, lost = relax(
-        height, solid, outside, buffers, links, levels, changed, pending, cell, short, quantum, line, blade_low
-    )
-    if pending[1] > pending[0] and sweeps < soil.max_sweeps:
-        stages, more = avalanche(
-            height, solid, outside, changed, pending, cell, soil, quantum, line, blade_low, sweeps * RATE,
-            soil.max_sweeps - sweeps,
-        )  # fmt: skip
-        sweeps += stages
-        lost += more
-    return sweeps, lost
-
-
 @entry
-def settle_long(world: World, grid: Grid, soil: Soil, line: Line, elapsed: float) -> int:
+def settle_long(world: World, grid: Grid, soil: Soil, elapsed: float) -> int:
     """Relax what is pending of a world whose blade is up; returns the stages it took. See `avalanche`."""
     stages, lost = avalanche(
-        world.height, world.solid, world.outside, world.changed, world.pending, grid.cell, soil, world.quantum, line,
-        False, elapsed, soil.max_sweeps,
+        world.height, world.solid, world.outside, world.changed, world.pending, grid.cell, soil, world.quantum,
+        elapsed, soil.max_sweeps,
     )  # fmt: skip
     world.tally[0].lost += lost * grid.cell**2
     return stages
@@ -416,10 +364,9 @@ def settle_long(world: World, grid: Grid, soil: Soil, line: Line, elapsed: float
 def is_settled(world: World, grid: Grid, soil: Soil) -> bool:
     """Whether no open link of a world with walls and nothing solid is steeper than what counts as settled."""
     height = world.height
-    threshold, settled, _ = limits(height, world.quantum, grid.cell, soil.slope, soil.tolerance)
+    _, settled, _ = limits(height, world.quantum, grid.cell, soil.slope, soil.tolerance)
     window = (0, grid.rows, 0, grid.cols)
     sheet, stride = new_sheet(height, window)
     pack_ground(height, sheet, stride, window)
     pack_links(None, None, sheet, stride, window, grid.rows, grid.cols, False)
-    none, no_levels = np.zeros((1, 3), np.int64), np.zeros((1, 2), height.dtype)
-    return count_unsettled(sheet, sheet[GROUND], stride, grid.rows, False, none, no_levels, 0, settled, threshold) == 0
+    return count_unsettled(sheet, sheet[GROUND], stride, grid.rows, False, settled) == 0
