@@ -59,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     run.set_defaults(command=_run)
     _add_accuracy(commands)
     _add_evaluate(commands)
+    _add_speed(commands)
     _add_stability(commands)
     commands.add_parser("scenes", help="list the shipped scenes").set_defaults(command=_scenes)
     commands.add_parser("policies", help="list the policies").set_defaults(command=_policies)
@@ -184,6 +185,37 @@ def _play(run: Any, episodes: int, out: Path) -> int:
         _say(f"{run.policy_name} in {run.env.config.name}, {run.env.config.task.period:g} s a step", run.table())
         _say("wrote " + ", ".join(str(path) for path in written))
     return INTERRUPTED if run.interrupted else 0
+
+
+def _add_speed(commands: Any) -> None:
+    speed = commands.add_parser("speed", help="steps per second of every way to run worlds, beside CartPole")
+    speed.add_argument("--out", type=Path, metavar="DIR", help="folder for speed.json")
+    for option, name, words in (
+        ("--case", "NAME", "single, native, sync, sb3, world"),
+        ("--size", "N", "cells along the side of the site"),
+        ("--num-envs", "N", "worlds; single always has one"),
+        ("--threads", "N", "threads; single, sync and world always have one"),
+        ("--drive", "NAME", "idle, random, adaptive_push, full_load"),
+    ):
+        speed.add_argument(option, nargs="+", action="extend", default=[], metavar=name, help=f"only these: {words}")
+    speed.add_argument("--quick", action="store_true", help="a few rows, shorter, in under a minute")
+    speed.add_argument("--memory", action="store_true", help="memory over a million steps (100,000 with --quick), too")
+    speed.set_defaults(command=_speed)
+
+
+def _speed(options: argparse.Namespace) -> int:
+    names = {"cases": options.case, "sizes": options.size, "counts": options.num_envs}
+    chosen = {**names, "threads": options.threads, "drives": options.drive}
+    from dirt_env.bench.speed.command import Speed
+
+    run = Speed(options.quick, options.memory, **chosen)
+    out = None if options.out is None else _writable(options.out)
+    finished = run.measure()
+    written = [] if out is None else [run.write(out)]
+    _say(run.table(), *([f"wrote {', '.join(map(str, written))}"] if written else []))
+    if not finished:
+        sys.stderr.write(f"dirt-push: interrupted after {len(run.rows)} of {len(run.items)} rows\n")
+    return 0 if finished else INTERRUPTED
 
 
 def _add_stability(commands: Any) -> None:

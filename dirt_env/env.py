@@ -42,7 +42,7 @@ class DirtPushEnv(gymnasium.Env):
     ## Observation space
     `Dict` of float32 arrays, always finite and inside their bounds.
 
-    `patch` (2 or 3, P, P): the ground around the machine, heading up: row 0 is farthest ahead, column 0 farthest left,
+    `patch` (1 to 3, P, P): the ground around the machine, heading up: row 0 is farthest ahead, column 0 farthest left,
     `observation.resolution` m a pixel, with the share `observation.ahead` of its rows ahead of the pivot.
 
     | channel | content | unit |
@@ -50,6 +50,8 @@ class DirtPushEnv(gymnasium.Env):
     | 0 | height over the ground under the machine, within `observation.height_limit` (4 m) | m |
     | 1 | what is to do: soil to take away (positive), soil missing (negative), 0 elsewhere | m |
     | 2 | 1 on obstacles and outside the site; only in scenes that can have obstacles | - |
+
+    `observation.channels` chooses among them by name, in any order: "height", "todo", "walls".
 
     Outside the site channel 0 shows a wall as high as the blade, or as deep a drop where the border is open. What is to
     do in the goal is minus the blade's height, for soil is welcome there; on a design surface, height minus design.

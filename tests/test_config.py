@@ -228,6 +228,20 @@ def test_a_goal_too_small_warns_with_both_volumes():
         ({"task": {"success": 1.5}}, r"task.success is 1.5; allowed: > 0 and <= 1"),
         ({"observation": {"size": 2.5}}, r"observation.size is 2.5; allowed: a whole number >= 4 and <= 512 pixels"),
         ({"observation": {"map": 1}}, r"observation.map is 1; allowed: true, false"),
+        (
+            {"observation": {"channels": "height"}},
+            r"channels is 'height'; allowed: a list of different ones of \"height\"",
+        ),
+        ({"observation": {"channels": []}}, r"channels is \[\]; allowed: a list of different ones"),
+        (
+            {"observation": {"channels": ["todo", "todo"]}},
+            r"channels is \['todo', 'todo'\]; allowed: a list of different",
+        ),
+        ({"observation": {"channels": ["height", "soil"]}}, r"channels\[1\] is 'soil'; allowed: \"height\", \"todo\""),
+        (
+            {"machine": {"pose": [30.6, 16, 0]}},
+            r"pose is \[30.6, 16.0, 0.0\]: with the pivot .* blade, 3 m wide .* allowed",
+        ),
         ({"ground": {"kind": "hill"}}, r"ground.kind is 'hill'; allowed: \"flat\", \"mounds\""),
         ({"ground": {"kind": "ridge", "height": 3}}, r"ground is as steep as 1.178; allowed: at most 0.700"),
         ({"ground": {"kind": "rough", "length": 0.4}}, r"ground.length is 0.4 m; allowed: >= 1 m, two cells"),
@@ -326,3 +340,41 @@ def test_the_manual_names_every_key_and_kind():
 def test_the_steps_of_a_scene_are_its_nominal_time_in_control_steps():
     assert load("heap").steps == 600
     assert load("dig", task={"time": 10.1, "period": 0.5}).steps == 21
+
+
+def pad(**design):
+    """A level pad on a ridge of 0.5 m."""
+    region = {"kind": "rectangle", "center": [12.0, 10.0], "size": [14.0, 8.0]}
+    ridge = {"kind": "ridge", "height": 0.5, "width": 8.0, "center": [9.0, 10.0]}
+    return {"site": {"size": [24.0, 20.0]}, "ground": ridge, "design": {"region": region, **design}}
+
+
+def test_a_design_that_is_there_already_warns():
+    with pytest.warns(
+        UserWarning, match=r"design.tolerance is 0.5 m .* within 0.182 m .*: the first step ends the job"
+    ):
+        load(pad(tolerance=0.5))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load(pad(tolerance=0.17))
+
+
+def test_the_channels_are_those_of_the_scene_or_as_asked():
+    assert load("heap").channels == ("height", "todo")
+    assert load("posts").channels == ("height", "todo", "walls")
+    asked = load("heap", observation={"channels": ["walls", "height"]})
+    assert asked.channels == ("walls", "height")
+    assert load(asked.to_dict()) == asked
+
+
+def test_relief_beyond_what_can_be_kept_exactly_is_an_error_of_the_scene(tmp_path):
+    """5 km of relief in cells of half a metre."""
+    height = np.zeros((64, 64))
+    height[40:] = 5000.0
+    np.save(tmp_path / "high.npy", height)
+    tables = {**FIXED, "ground": {"kind": "file", "path": str(tmp_path / "high.npy"), "pixel": 0.5}}
+    with (
+        pytest.warns(UserWarning, match="steeper than its soil's repose"),
+        pytest.raises(ValueError, match=r"ground heights reach 5000 m from the datum; allowed with cells of 0.5 m"),
+    ):
+        load(tables)

@@ -76,6 +76,18 @@ def test_arguments_reach_the_scene():
     assert shapes == {"patch": (2, 48, 48), "pose": (15,), "overview": (2, 12, 12), "map": (2, 64, 64)}
 
 
+def test_size_resolution_and_channels_of_the_patch_are_options():
+    """Pixels of two cells show every other cell of the same ground; a channel alone is what it is among all."""
+    whole = DirtPushEnv(scene="posts", observation={"size": 32, "ahead": 0.5})
+    half = DirtPushEnv(scene="posts", observation={"size": 8, "resolution": 2.0, "ahead": 0.5, "channels": ["todo"]})
+    pose = {"pose": (16.25, 15.25, 0.0)}
+    seen, wide = (env.reset(seed=0, options=pose)[0]["patch"] for env in (whole, half))
+    assert seen.shape == (3, 32, 32)
+    assert half.observation_space["patch"].shape == wide.shape == (1, 8, 8)
+    assert half.observation_space["patch"].contains(wide)
+    assert np.array_equal(wide[0], seen[1, 2::4, 2::4])
+
+
 def test_only_scenes_that_can_have_obstacles_have_their_channel():
     channels = [DirtPushEnv(level=level).observation_space["patch"].shape[0] for level in range(6)]
     assert channels == [2, 2, 2, 2, 2, 3]

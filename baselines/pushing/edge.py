@@ -70,8 +70,9 @@ def _levels(site: Site, numbers: Pushing, strip: Strip, way: float, rise: float,
     np.minimum.at(lowest, look, target)
     bare = count == 0
     mean[bare], lowest[bare] = target.mean(), target.min()
+    shave = numbers.rim if site.rim[strip.rows, strip.cols].any() else numbers.shave
     rise = min(rise, float(before[strip.rows, strip.cols].max()))
-    return mean - numbers.shave * (mean - lowest) + numbers.grade + rise
+    return mean - shave * (mean - lowest) + numbers.grade + rise
 
 
 def _planes(site: Site, strip: Strip, wanted: np.ndarray, way: float) -> np.ndarray:

@@ -9,10 +9,9 @@ import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.config.terrain import HeightField
-from dirt_env.sim.advance import set_down
+from dirt_env.sim.advance import advance, set_down
 from dirt_env.sim.state import make_world
 from dirt_env.task.actions import decode
-from dirt_env.terrain import Stepper
 
 from .site import Site
 
@@ -27,7 +26,7 @@ class ImaginedSite(Site):
         if not isinstance(config.terrain, HeightField):
             raise ValueError(f"terrain is {config.terrain.kind!r}; allowed: heightfield, which a map shows in full")
         super().__init__(config)
-        self._config, self._advance = config, Stepper(config)
+        self._config = config
 
     def copy(self, site: Site) -> None:
         """Begin where a site is now."""
@@ -46,7 +45,8 @@ class ImaginedSite(Site):
 
     def step(self, action: np.ndarray) -> None:
         """One control step."""
-        self._advance(self._world, decode(action, self.machine), self.period)
+        command = decode(action, self.machine)
+        advance(self._world, self.grid, self.soil, self.blade, self.machine, command, self.period)
         self._look()
 
     def _look(self) -> None:

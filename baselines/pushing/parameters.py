@@ -37,6 +37,7 @@ class Pushing:
     # PUSH
     grade: float = _number(0.0, -0.1, 0.1)  # height of the edge over the target surface
     shave: float = _number(0.4, 0.0, 1.0)  # 0 holds the edge at the mean of the targets ahead, 1 at the lowest
+    rim: float = _number(1.0, 0.0, 1.0)  # the same at the rim of a pit to be dug, where crumbs stay for good
     layer: float = _number(4.0, 0.5, 20.0)  # where more lies on the way, loads, the push takes as much off its top
     full: float = _number(0.703, 0.3, 3.0)  # load from which the blade is raised
     raise_gain: float = _number(0.066, 0.0, 0.5)  # how far, m for every load too much
@@ -103,7 +104,7 @@ def range_of(entry: Field) -> tuple[float, float]:
     return entry.metadata["range"]
 
 
-ON_CELLS = Parameters(shave=0.7)  # a step at the rim of a pit stands there, and no later push gets hold of it
+ON_CELLS = Parameters(shave=0.7, rim=0.7)  # a step at the rim of a pit stands there, and no later push gets hold of it
 
 
 def numbers_for(terrain: str) -> Parameters:

@@ -10,7 +10,10 @@ from dirt_env.config.scene import SceneConfig
 from dirt_env.config.terrain import HeightField
 from dirt_env.scene import fixed
 from dirt_env.scene.ground import Rough, face_slopes
+from dirt_env.scene.layout import Layout
 from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.advance import fits
+from dirt_env.sim.state import make_world, quantum_for
 from dirt_env.sim.timestep import STRIDE
 
 MOST_CELLS = 2**24
@@ -30,6 +33,7 @@ def check(config: SceneConfig) -> None:
         _check_random(config)
     else:
         _check_fixed(config)
+    _check_beginning(config)
 
 
 def nominal_time(config: SceneConfig) -> float:
@@ -129,7 +133,6 @@ def _check_random(config: SceneConfig) -> None:
             f"only {config.layout.room * config.layout.volume[1]:.1f} m3",
             stacklevel=4,
         )
-    layout(config, np.random.default_rng(0))
 
 
 def _check_fixed(config: SceneConfig) -> None:
@@ -145,3 +148,43 @@ def _check_fixed(config: SceneConfig) -> None:
             "allowed: at least one of each, or a design"
         )
     fixed.check(plan(config), config.pose)
+
+
+def _check_beginning(config: SceneConfig) -> None:
+    """Errors for what a reset would refuse in a layout drawn on trial; a warning for one with nothing to do."""
+    trial = layout(config, np.random.default_rng(0))
+    if isinstance(config.terrain, HeightField):
+        quantum_for(config.grid.cell, float(np.abs(trial.height).max()))
+    if config.layout is None and config.pose != "random":
+        _check_stand(config, trial)
+    if config.design is not None:
+        _warn_if_done(config, trial)
+
+
+def _check_stand(config: SceneConfig, trial: Layout) -> None:
+    """An error where the blade would not fit; the tracks have been looked at."""
+    grid, (x, y, heading) = config.grid, trial.pose
+    world = make_world(np.zeros((grid.rows, grid.cols)), grid, trial.solid, config.site.border == "open")
+    if not fits(world, grid, config.blade, config.machine, x, y, heading):
+        pose = f'"{config.pose}"' if isinstance(config.pose, str) else list(config.pose)
+        raise ValueError(
+            f"machine.pose is {pose}: with the pivot at ({x:.2f}, {y:.2f}) m the blade, {config.blade.width:g} m wide "
+            f"and {config.blade.reach:g} m ahead, is outside the site or on something solid; allowed: inside and clear"
+        )
+
+
+def _warn_if_done(config: SceneConfig, trial: Layout) -> None:
+    """A warning where the ground is as the design asks for from the start; such an episode ends with its first step."""
+    tolerance, error = config.design.tolerance, _grade_error(trial)
+    if error <= tolerance:
+        warnings.warn(
+            f"design.tolerance is {tolerance:g} m and the ground is within {error:.3g} m of the design from the start: "
+            f"the first step ends the job; a tolerance < {error:.3g} m leaves something to do",
+            stacklevel=5,
+        )
+
+
+def _grade_error(trial: Layout) -> float:
+    """Root mean square of height minus design, m."""
+    asked = trial.design if trial.solid is None else trial.design & ~trial.solid
+    return float(np.sqrt(np.square(trial.height - trial.target)[asked].mean()))

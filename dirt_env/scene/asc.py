@@ -5,14 +5,21 @@ from pathlib import Path
 
 import numpy as np
 
-from dirt_env.scene.raster import Raster
+from dirt_env.scene.raster import Raster, check_size
 
+LONGEST_HEADER = 4096  # characters
 HEADER = {"ncols", "nrows", "cellsize", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "nodata_value", "dx", "dy"}
 
 
 def read_asc(path: str) -> Raster:
     """The height map of an ESRI ASCII grid."""
-    words = Path(path).read_text(encoding="utf-8-sig", errors="replace").split()
+    with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
+        text = file.read(LONGEST_HEADER)
+        header, _ = _header(text.split()[:-1])  # the last word may be cut in two
+        sizes = [header.get(name, 0.0) for name in ("nrows", "ncols")]
+        if all(map(float.is_integer, sizes)):  # else the error is another one
+            check_size(path, *sizes)
+        words = (text + file.read()).split()
     header, start = _header(words)
     sizes = set() if {"dx", "dy"} <= header.keys() else {"cellsize"}
     missing = {"ncols", "nrows", *sizes} - header.keys()

@@ -9,7 +9,7 @@ import numpy as np
 
 from dirt_env.scene.asc import read_asc
 from dirt_env.scene.geotiff import read_geotiff
-from dirt_env.scene.raster import Raster, require
+from dirt_env.scene.raster import Raster, check_size, require
 
 SUFFIXES = (".npy", ".npz", ".asc", ".tif", ".tiff", ".png")
 
@@ -73,24 +73,36 @@ def _suffix(path: str, allowed: tuple[str, ...] = SUFFIXES) -> str:
 def _read_numpy(path: str, key: str | None) -> np.ndarray:
     """The two-dimensional array of a .npy or .npz; nothing is unpickled."""
     try:
-        stored = np.load(path, allow_pickle=False)
+        stored = np.load(path, "r", allow_pickle=False)  # mapped, so that its size is known before it is read
     except (OSError, EOFError, ValueError, BadZipFile) as error:
         raise ValueError(f"{path} cannot be read as {Path(path).suffix}: {error}") from error
     if isinstance(stored, np.ndarray):
         return _checked(stored, path)
     with stored:
-        grids = [name for name in stored.files if stored[name].ndim == 2]
+        shapes = {name: _shape_in(stored, name) for name in stored.files}
+        grids = [name for name, shape in shapes.items() if len(shape) == 2]
         if key is None and len(grids) != 1:
             raise ValueError(f"{path} has {len(grids)} two-dimensional arrays ({', '.join(grids)}); say ground.array")
         if key is not None and key not in stored.files:
             raise ValueError(f"ground.array is {key!r}; allowed: {', '.join(grids)}")
+        if len(shapes[key or grids[0]]) == 2:
+            check_size(path, *shapes[key or grids[0]])
         return _checked(stored[key or grids[0]], path)
+
+
+def _shape_in(stored: Any, name: str) -> tuple[int, ...]:
+    """Shape of an array in an open .npz, without reading the array."""
+    with stored.zip.open(f"{name}.npy") as file:
+        version = np.lib.format.read_magic(file)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        return read(file)[0]
 
 
 def _checked(values: np.ndarray, path: str) -> np.ndarray:
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         raise ValueError(f"{path} has shape {values.shape} of {values.dtype}; allowed: two dimensions of real numbers")
-    return values
+    check_size(path, *values.shape)
+    return np.array(values)
 
 
 def _read_png(path: str) -> np.ndarray:
@@ -106,6 +118,7 @@ def _open_png(path: str) -> Any:
     pillow = require("PIL.Image", "pillow")
     try:
         with pillow.open(path, formats=("PNG",)) as image:
+            check_size(path, image.height, image.width)
             image.load()
     except (OSError, ValueError, SyntaxError, EOFError, struct.error, pillow.DecompressionBombError) as error:
         raise ValueError(f"{path} cannot be read as .png: {error}") from error

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from math import radians
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from dirt_env.scene.layout import Layout, Setting, soil_above
 from dirt_env.scene.obstacles import Obstacle, solid_cells
 from dirt_env.scene.regions import Region, rasterize
 from dirt_env.scene.survey import HeightFile
+from dirt_env.sim.params import Grid
 
 Ground = Flat | Mounds | Ridge | Rough | HeightFile
 Span = tuple[float, float]
@@ -140,8 +142,17 @@ def make_ground(ground: Ground, setting: Setting, rng: np.random.Generator) -> t
     if isinstance(ground, HeightFile):
         survey = ground.survey(setting.grid)
         return survey.height, survey.datum
-    seed = getattr(ground, "seed", None)
-    return ground.make(setting.grid, setting.slope, rng if seed is None else np.random.default_rng(seed)), 0.0
+    if getattr(ground, "seed", None) is not None:
+        return _make_seeded(ground, setting.grid, setting.slope), 0.0
+    return ground.make(setting.grid, setting.slope, rng), 0.0
+
+
+@lru_cache(maxsize=8)
+def _make_seeded(ground: Ground, grid: Grid, slope: float) -> np.ndarray:
+    """Ground that is the same in every episode; not to be written to."""
+    height = ground.make(grid, slope, np.random.default_rng(ground.seed))
+    height.setflags(write=False)
+    return height
 
 
 def walled(ground: Ground, grid) -> np.ndarray | None:

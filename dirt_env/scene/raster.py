@@ -17,6 +17,12 @@ class Raster(NamedTuple):
     origin: tuple[float, float] = (0.0, 0.0)  # south-western corner of the array from that of the file, m
 
 
+def check_size(path: str, rows: float, cols: float) -> None:
+    """An error for more cells than can be read at once."""
+    if rows * cols > LARGEST:
+        raise ValueError(f"{path} has {rows:g} x {cols:g} = {rows * cols:g} cells; allowed: at most {LARGEST} at once")
+
+
 def require(module: str, package: str):
     """An optional package, or an error that says how to get it."""
     try:

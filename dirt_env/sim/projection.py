@@ -1,7 +1,7 @@
 """One-shot projection: the settled ground closest to the start, from coarse grids to fine, for very large collapses.
 
-One backward Euler step of Prigozhin's model, min |h - h0|^2 with |grad h| <= k, solved for what crosses each link in all
-(Prigozhin and Zaltzman 2003): h = h0 + div y, w = y + drop / 8, q = w max(0, 1 - T / (8 |w|)), and y follows q with
+One backward Euler step of Prigozhin's model, min |h - h0|^2 with |grad h| <= k, solved for what crosses each link in
+all (Prigozhin and Zaltzman 2003): h = h0 + div y, w = y + drop / 8, q = w max(0, 1 - T / (8 |w|)), and y follows q with
 momentum (Beck and Teboulle 2009). A coarse grid's q is the start on the next finer one, so nothing is lost by going on
 too far: unlike heights, flows can be taken back.
 

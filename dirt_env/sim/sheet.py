@@ -2,7 +2,8 @@
 
 A sheet is an array [9, size] of rows laid out end to end; cell (i, j) of the window lies at
 p = (i + 1) * stride + j + 1, its right link at p of the rows `_X`, to p + 1, its upper link at p of the rows
-`_Y`, to p + stride. The ring holds what lies around the window: the ground, or beyond a wall a mirror of it, over which there are no differences.
+`_Y`, to p + stride. The ring holds what lies around the window: the ground, or beyond a wall a mirror of it,
+over which there are no differences.
 """
 
 import numpy as np

@@ -55,12 +55,12 @@ def _number_cells(rows, cols, x, y, heading, cell, resolution, ahead, number):
     for i in range(size):
         x0 = x / cell + (ahead - i) * east - left * north
         y0 = y / cell + (ahead - i) * north + left * east
-        first, end = 0, size
-        if not _is_inside(x0, north, size, cols):
-            first, end = run_inside(x0, north, cols, first, end)
-        if not _is_inside(y0, -east, size, rows):
-            first, end = run_inside(y0, -east, rows, first, end)
-        if end - first < size:
+        if _is_inside(x0, north, size, cols) and _is_inside(y0, -east, size, rows):
+            first, end = 0, size
+        else:
+            first, end = run_inside(x0, north, cols, size)
+            first_too, end_too = run_inside(y0, -east, rows, size)
+            first, end = max(first, first_too), min(end, end_too)
             number[i] = NONE
         _number_run(x0, north, y0, east, cols, number, i, first, end)
 
@@ -73,28 +73,25 @@ def _is_inside(start, slope, count, length):
 
 
 @kernel
-def run_inside(start, slope, length, first, end):
-    """(first, end) of the j in [first, end) for which start + j slope lies in [0, length); both the same if none."""
-    if slope < 0.0:
-        a, b = _crossing(start, slope, length, first, end), _crossing(start, slope, 0, first, end)
-    else:
-        a, b = _crossing(start, slope, 0, first, end), _crossing(start, slope, length, first, end)
-    return a, max(a, b)
+def run_inside(start, slope, length, count):
+    """(first, end) of the j in [0, count) with start + j slope in [0, length); end <= first if there are none."""
+    near, far = _crossing(start, slope, 0.0, count), _crossing(start, slope, float(length), count)
+    return min(near, far), max(near, far)
 
 
 @kernel
-def _crossing(start, slope, level, first, end):
-    """The first j of [first, end) where start + j slope has come to the level, or if it falls, below it; else `end`.
+def _crossing(start, slope, level, count):
+    """The first j of [0, count) where start + j slope has come to the level, or if it falls, below it; else `count`.
 
     A division finds it, and the numbers themselves put right what it rounded.
     """
-    j = first
-    if abs(slope) > 1e-6:
-        j = int(min(max((level - start) / slope, float(first)), float(end)))
     rising = slope >= 0.0
-    while j > first and (start + (j - 1) * slope >= level) == rising:
+    j = 0 if (start >= level) == rising else count
+    if abs(slope) > 1e-6:
+        j = int(min(max((level - start) / slope, 0.0), float(count)))
+    while j > 0 and (start + (j - 1) * slope >= level) == rising:
         j -= 1
-    while j < end and (start + j * slope >= level) != rising:
+    while j < count and (start + j * slope >= level) != rising:
         j += 1
     return j
 

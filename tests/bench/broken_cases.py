@@ -9,7 +9,7 @@ def fails():
 
 
 def raises():
-    raise ArithmeticError("the volume is not what it was")
+    raise ArithmeticError("the volume is\nnot what it was")
 
 
 def hangs():

@@ -146,7 +146,7 @@ def test_faulty_arrays_are_refused(tmp_path):
     Image.new("RGB", (2, 2)).save(tmp_path / "colour.png")
     for name, said in {
         "cube.npy": r"shape \(2, 2, 2\)",
-        "pickle.npy": r"allow_pickle",
+        "pickle.npy": r"Python objects",
         "two.npz": r"2 two-dimensional arrays \(a, b\); say ground.array",
         "broken.npz": r"cannot be read as .npz",
         "broken.tif": r"cannot be read as .tif",
@@ -170,6 +170,29 @@ def test_broken_pictures_and_masks_are_refused_by_name(tmp_path, kept):
         for read in (lambda path: read_raster(path, Reading()), read_mask):
             with pytest.raises(ValueError, match=rf"{name} cannot be read as .{name[2:]}"):
                 read(str(tmp_path / name))
+
+
+def test_files_of_too_many_cells_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    """One cell too many is refused; as many as are allowed are read."""
+    monkeypatch.setattr("dirt_env.scene.raster.LARGEST", 6)
+    np.save(tmp_path / "a.npy", NORTH_UP)
+    np.savez(tmp_path / "a.npz", NORTH_UP)
+    Image.fromarray(NORTH_UP.astype(np.uint16)).save(tmp_path / "a.png")
+    write_asc(tmp_path / "a.asc")
+    for suffix in ("npy", "npz", "png", "asc"):
+        assert read_raster(str(tmp_path / f"a.{suffix}"), Reading()).height.size == 6
+    monkeypatch.setattr("dirt_env.scene.raster.LARGEST", 5)
+    for suffix in ("npy", "npz", "png", "asc"):
+        with pytest.raises(ValueError, match=rf"a.{suffix} has 2 x 3 = 6 cells; allowed: at most 5 at once"):
+            read_raster(str(tmp_path / f"a.{suffix}"), Reading())
+    with pytest.raises(ValueError, match="allowed: at most 5"):
+        read_mask(str(tmp_path / "a.npy"))
+
+
+def test_an_ascii_grid_of_ten_thousand_million_cells_is_refused_by_its_header(tmp_path):
+    (tmp_path / "a.asc").write_text("ncols 100000\nnrows 100000\ncellsize 1\n" + "0 " * 3000)
+    with pytest.raises(ValueError, match=r"a.asc has 100000 x 100000 = 1e\+10 cells; allowed: at most 67108864"):
+        read_raster(str(tmp_path / "a.asc"), Reading())
 
 
 INSIDE = np.array([[True, False, False], [True, True, False]])  # first row north

@@ -174,10 +174,10 @@ def test_what_is_left_pending_lies_on_the_map_where_the_border_is_open():
     r0, r1, c0, c1 = world.pending
     assert 0 <= r0 < r1 <= 12
     assert 0 <= c0 < c1 <= 14
-    settle(world, grid, SOIL)
+    settle(world, grid, SOIL, "explicit")
     full, _ = world_of(ground, open_border=True)
     full.height[0, 3:6], full.height[8, 13] = 9.0, 9.0
-    settle(full, grid, SOIL)
+    settle(full, grid, SOIL, "explicit")
     np.testing.assert_array_equal(world.height, full.height)
 
 

@@ -5,6 +5,7 @@ from dirt_env.bench.accuracy.case import Problem
 
 _EXACT, _NAMED = "exact", "reference: "
 _SMALL = (32, 64, 128)  # half the resolution of a reference that is computed, at most
+_PILES = (32, 64, 128, 256)
 _STRIPS = (32, 64, 128, 256, 512)
 
 PROBLEMS = {
@@ -13,11 +14,11 @@ PROBLEMS = {
         Problem("linear-mode", "Wave without friction, 200 sweeps", "sweep", _EXACT, smooth.linear_mode, _STRIPS),
         Problem("manufactured", "Flux of a smooth ground", "flux", _EXACT, smooth.manufactured, _STRIPS),
         Problem("dump", "Dump on level ground", "pour once", _EXACT, piles.dump),
-        Problem("dump-on-a-slope", "Dump on a slope of 0.4", "pour", _EXACT, piles.dump_on_a_slope),
+        Problem("dump-on-a-slope", "Dump on a slope of 0.4", "pour", _EXACT, piles.dump_on_a_slope, _PILES),
         Problem("column-collapse", "Column that collapses to a cone", "settle", _EXACT, piles.column_collapse),
-        Problem("frustum", "Cylinder that collapses to a frustum", "settle", _EXACT, piles.frustum),
-        Problem("cone-at-a-wall", "Column at a wall", "settle", _EXACT, piles.cone_at_a_wall),
-        Problem("cone-in-a-corner", "Column in a corner", "settle", _EXACT, piles.cone_in_a_corner),
+        Problem("frustum", "Cylinder that collapses to a frustum", "settle", _EXACT, piles.frustum, _PILES),
+        Problem("cone-at-a-wall", "Column at a wall", "settle", _EXACT, piles.cone_at_a_wall, _PILES),
+        Problem("cone-in-a-corner", "Column in a corner", "settle", _EXACT, piles.cone_in_a_corner, _PILES),
         Problem("wedge", "Strip that collapses to a wedge", "settle", _EXACT, piles.wedge, _STRIPS),
         Problem("wedge-at-a-blade", "Strip against a blade", "drag", _EXACT, berms.wedge_at_a_blade, _STRIPS),
         Problem("berm", "Layer dozed in a channel, to a whole cell", "drag", _EXACT, berms.berm_at_a_cell, _STRIPS),
@@ -37,12 +38,12 @@ PROBLEMS = {
         Problem("table", "Table with obstacles, open border", "drain", _EXACT, tables.table, (32, 64, 128), 64),
         Problem(
             "several-sources", "Three sources that meet", "pour",
-            f"{_NAMED}equations of Aronsson, Evans and Wu, 200 steps", piles.several_sources, (32, 64, 128, 256),
+            f"{_NAMED}equations of Aronsson, Evans and Wu, 200 steps", piles.several_sources, _PILES,
         ),
         Problem(
             "scattered-dumps", "100 scattered dumps", "pour",
             f"{_NAMED}water-filling by bisection in float64, cells of a quarter of the size",
-            piles.scattered_dumps, (32, 64, 128, 256),
+            piles.scattered_dumps, _PILES,
         ),
     )
 }  # fmt: skip

@@ -208,7 +208,7 @@ def paper(case: Case, settings: Settings) -> Trial:
 
 
 def _settling(name: str, method: str, title: str) -> Method:
-    kinds = ("settle", "drain", "pour once")
+    kinds = ("settle", "pour once") if method == "projection" else ("settle", "drain", "pour once")
     return Method(name, title, kinds, partial(settling, method), ("tolerance", "precision"), explicit=False)
 
 

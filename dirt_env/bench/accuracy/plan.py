@@ -10,14 +10,15 @@ from dirt_env.bench.accuracy.studies import STUDIES
 
 BASE_CELLS, BASE_TOLERANCE = 64, 1e-3
 TOLERANCES = (1e-1, 3e-2, 1e-2, 4e-3, 1e-4)  # beside the base; shares of repose
+CAPPED = ("column-collapse", "wedge", "trench-spoil")  # problems at which caps are swept
 CAPS = (16, 64, 256, 1024)  # sweeps
 COLLAPSE = "column-collapse"  # with all settings in the quick set too
+POURED = ("pour once", "pour")
+NOT_QUICK = ("projection",)  # methods that the quick set has only when they are named
 STEPPED = ("sweep", "flux")  # kinds of problem that a number of sweeps belongs to
 QUICK_PROBLEMS = (
     "linear-mode", "manufactured", "dump", COLLAPSE, "cone-at-a-wall", "wedge", "berm", "berm-between", "trench-narrow",
-    "several-sources",
 )  # fmt: skip
-QUICK_STUDIES = {"driving": "20000 steps", "world-step": "dt 0.1 s, 1 m/s"}
 
 
 class Item(NamedTuple):
@@ -52,7 +53,7 @@ def plan(quick: bool, problems: Sequence[str] = (), methods: Sequence[str] = ())
     items = [
         item
         for item in dict.fromkeys([*_problem_items(quick, problems), *_study_items(quick, problems)])
-        if not methods or item.method in methods
+        if (item.method in methods if methods else not quick or item.method not in NOT_QUICK)
     ]
     if not items:
         raise ValueError(
@@ -85,7 +86,8 @@ def _base(problem: Problem, method: Method) -> Item:
 def _quick_sweep(problem: Problem, method: Method) -> Iterator[Item]:
     base = _base(problem, method)
     if problem.kind in STEPPED:
-        yield from (base._replace(cells=cells, precision="f8") for cells in (32, BASE_CELLS))
+        if method.name == "explicit":
+            yield from (base._replace(cells=cells, precision="f8") for cells in (32, BASE_CELLS))
         return
     if problem.name == COLLAPSE or method.name != "paper":
         yield from (base._replace(cells=cells) for cells in (32, BASE_CELLS))
@@ -97,12 +99,13 @@ def _quick_sweep(problem: Problem, method: Method) -> Iterator[Item]:
 
 def _full_sweep(problem: Problem, method: Method) -> Iterator[Item]:
     base = _base(problem, method)
-    most = min(method.cells, problem.long) if method.explicit else method.cells
+    long = method.explicit or (problem.kind in POURED and method.name != "water-filling")
+    most = min(method.cells, problem.long) if long else method.cells
     yield base
     yield from (base._replace(cells=cells) for cells in problem.cells if cells <= most)
     if base.tolerance is not None:
         yield from (base._replace(tolerance=tolerance) for tolerance in TOLERANCES)
-    if "cap" in method.knobs and problem.kind in ("settle", "drain", "pour once"):
+    if "cap" in method.knobs and problem.name in CAPPED:
         yield from (base._replace(cap=cap) for cap in CAPS)
     if "precision" in method.knobs:
         yield base._replace(precision="f8")
@@ -112,8 +115,6 @@ def _full_sweep(problem: Problem, method: Method) -> Iterator[Item]:
 
 def _study_items(quick: bool, names: Sequence[str]) -> Iterator[Item]:
     for study in STUDIES.values():
-        if _left_out(study.name, names, quick, QUICK_STUDIES):
-            continue
-        for method, cells, setting in study.rows:
-            if not quick or setting == QUICK_STUDIES.get(study.name, setting):
+        if not _left_out(study.name, names, quick, ()):
+            for method, cells, setting in study.rows:
                 yield Item(study.name, method, cells, None, None, "f4", setting)

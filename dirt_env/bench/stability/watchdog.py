@@ -1,6 +1,7 @@
 """Runs cases in a process of their own, so that one that hangs or dies is named and the rest go on."""
 
 from multiprocessing import get_context
+from textwrap import shorten
 from time import process_time
 from typing import NamedTuple
 from warnings import simplefilter
@@ -8,6 +9,7 @@ from warnings import simplefilter
 from dirt_env.bench.stability.registry import Case
 
 START = 120.0  # s that a new process may take until it is ready
+MOST_LETTERS = 600  # of what was measured; it goes on one line
 
 
 class Row(NamedTuple):
@@ -87,4 +89,5 @@ def serve(pipe) -> None:
             measured, ok = case.run(quick)
         except Exception as error:  # whatever it is, the case has failed
             measured, ok = f"{type(error).__name__}: {error}", False
+        measured = shorten(measured, MOST_LETTERS, placeholder=" ...")
         pipe.send((measured, ok, process_time() - begin))
