@@ -8,9 +8,9 @@ from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
-from dirt_env.sim.slump import at_rest, limits, settle_window
+from dirt_env.sim.slump import at_rest, limits, relax, settle_window
 from dirt_env.sim.state import TALLY, World
-from dirt_env.sim.super_steps import is_settled, settle_long, subside
+from dirt_env.sim.super_steps import is_settled, settle_long
 from dirt_env.sim.timestep import substeps
 from dirt_env.sim.window import on_map, widen, within
 
@@ -76,7 +76,7 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
             widen(pending, r0, r1, c0, c1)
     if pending[1] <= pending[0]:
         return touches
-    sweeps, lost = subside(
+    sweeps, lost = relax(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
     )
     totals[1] += lost
@@ -203,7 +203,7 @@ def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
         elapsed = total * RATE
     most = total + PATIENCE * (grid.rows + grid.cols) + 1000
     while world.pending[1] > world.pending[0] and total < most and method != "explicit":
-        total += settle_long(world, grid, soil, away, elapsed)
+        total += settle_long(world, grid, soil, elapsed)
     while world.pending[1] > world.pending[0]:
         total += settle_window(world, grid, soil, away)
     return total

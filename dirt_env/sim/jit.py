@@ -22,11 +22,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numba
 from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
 from numba.extending import is_jitted
@@ -49,7 +51,13 @@ def kernel(function: Callable | None = None, **options: Any) -> Callable:
     """Compile a function that other kernels call; use as `@kernel` or `@kernel(inline="always")`."""
     if function is None:
         return lambda bare: kernel(bare, **options)
-    return numba.njit(error_model="numpy", nogil=True, **options)(function)
+    options |= {"error_model": "numpy", "nogil": True}
+    compiled = numba.njit(**options)(function)
+    if is_jitted(compiled):  # other kernels get a part, Python a whole function
+        options |= {"pipeline_class": _PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        part = numba.njit(**options)(function)
+        compiled.get_call_template, compiled.get_overload = part.get_call_template, part.get_overload
+    return compiled
 
 
 def entry(function: Callable | None = None, **options: Any) -> Callable:
@@ -72,7 +80,40 @@ def machine_code(function: Callable, *arguments: Any) -> Callable:
         return function
     signature = tuple(numba.typeof(argument) for argument in arguments)
     function.compile(signature)
-    return function.get_overload(signature)
+    return function.overloads[signature].entry_point
+
+
+class _Part(JITCodeLibrary):
+    """The code of a kernel that other kernels link in: neither optimised nor made machine code, as they will be.
+
+    numba would do both to every kernel, all those that it calls included: again at each level of calls, which took
+    more than half of the time of a first step.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None: Python cannot call it."""
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """Takes the constants for Python's part of a function, of which there is none."""
+        return SimpleNamespace(set_env=lambda name, env: None)
+
+
+class _PartCompiler(Compiler):
+    """numba's own passes, with a part for the library that they write to."""
+
+    def define_pipelines(self) -> list:
+        """The passes in their order; called once for each compilation."""
+        self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return super().define_pipelines()
 
 
 def cache_root() -> Path:

@@ -1,7 +1,7 @@
 """Stages of a super-step (see `super_steps`): sweeps with momentum over a wide window, links closed or not."""
 
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.laws import RATE, link_excess, quantise
+from dirt_env.sim.laws import RATE, quantise
 from dirt_env.sim.sheet import FLOW_X, FLOW_Y, OPEN_X, OPEN_Y, RATE_X, RATE_Y, hold_ring
 
 BLOCK = 4096  # cells that are swept at a time: what they need stays in the nearest cache
@@ -68,18 +68,6 @@ def masked_flows_y(here, high, open_y, right, right_high, rate, flow, n, momentu
 
 
 @kernel
-def link_flows(sheet, ground, links, levels, count, gain, threshold):
-    """Add gain * F to the flows of the links that the blade closes; their momentum is already in them."""
-    for k in range(count):
-        p, q, along_x = links[k, 0], links[k, 1], links[k, 2]
-        high, low = max(ground[p], ground[q]), min(ground[p], ground[q])
-        excess = link_excess(high, low, levels[k, 0], levels[k, 1], threshold)
-        if excess > 0:
-            part = FLOW_X if along_x else FLOW_Y
-            sheet[part, p] += gain * excess if ground[q] > ground[p] else -gain * excess
-
-
-@kernel
 def update(ground, out_x, in_x, out_y, in_y, after, n, lock):
     """h - div F, with every flow rounded to the quantum."""
     for p in range(n):
@@ -131,8 +119,8 @@ def lean_stages(ground, after, flow_x, flow_y, stride, window, rows, cols, stage
 
 
 @kernel
-def masked_stage(sheet, ground, after, stride, tall, links, levels, count, momentum, gain, threshold, lock):
-    """The same with walls, solid cells and a blade in the window."""
+def masked_stage(sheet, ground, after, stride, tall, momentum, gain, threshold, lock):
+    """The same with walls and solid cells in the window."""
     p, n = stride + 1, tall * stride
     open_x, open_y = sheet[OPEN_X], sheet[OPEN_Y]
     low, here, high = ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :]
@@ -145,6 +133,5 @@ def masked_stage(sheet, ground, after, stride, tall, links, levels, count, momen
         here, high, open_y[p:], open_x[p - 1 :], open_x[p + stride - 1 :], sheet[RATE_Y][p:], sheet[FLOW_Y][p:], n,
         momentum, gain, threshold2,
     )  # fmt: skip
-    link_flows(sheet, ground, links, levels, count, gain, threshold)
     flow_x, flow_y = sheet[FLOW_X], sheet[FLOW_Y]
     update(ground[p:], flow_x[p:], flow_x[p - 1 :], flow_y[p:], flow_y[p - stride :], after[p:], n, lock)

@@ -11,9 +11,6 @@ in which s no longer appears: a super-step can end after any stage, and heights 
 
 from math import sqrt
 
-import numpy as np
-
-from dirt_env.sim.blade import Line, blocked_links
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE
 from dirt_env.sim.params import Grid, Soil
@@ -33,7 +30,7 @@ from dirt_env.sim.sheet import (
     reached,
     unpack_ground,
 )
-from dirt_env.sim.slump import limits, relax
+from dirt_env.sim.slump import limits
 from dirt_env.sim.stages import lean_stages, masked_stage, weights
 from dirt_env.sim.state import World
 from dirt_env.sim.unsettled import count_unsettled
@@ -41,19 +38,7 @@ from dirt_env.sim.window import clear, widen, window_around
 
 LOOK = 4  # stages between two looks whether all is settled and whether the window is wide enough
 BAND = LOOK + 2  # cells along the window's sides that soil may not have reached at a look
-LONG = 96  # sweeps after which an avalanche in a control step counts as long
 SHARE = 0.5  # length of a super-step, as a share of the pseudo-time before it
-
-
-@kernel
-def swept_only(sheet, links, levels, count):
-    """Drop those of the listed links that the window does not sweep; returns how many are left."""
-    left = 0
-    for k in range(count):
-        if sheet[RATE_X if links[k, 2] else RATE_Y, links[k, 0]] != 0:
-            links[left], levels[left] = links[k], levels[k]
-            left += 1
-    return left
 
 
 @kernel
@@ -102,7 +87,7 @@ def grown(window, sides, largest):
 
 
 @kernel
-def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, line, blade_low, elapsed, most):
+def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, elapsed, most):
     """`slump.relax` by super-steps: at most `most` stages, the ground having slumped for `elapsed` pseudo-time before.
 
     Returns (stages, height lost over an open border [m of one cell]).
@@ -112,9 +97,8 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
     border = 0 if outside is None else 1
     largest = (-border, rows + border, -border, cols + border)
     threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
-    links, levels = np.zeros((rows + cols + 8, 3), np.int64), np.zeros((rows + cols + 8, 2), height.dtype)
-    masked = solid is not None or outside is not None or blade_low
-    stages = stage = length = count = sides = 0
+    masked = solid is not None or outside is not None
+    stages = stage = length = sides = 0
     lost = 0.0
     window = window_around(pending, BAND + 2, rows, cols, border)
     sheet, stride = new_sheet(height, (0, 0, 0, 0))
@@ -129,17 +113,13 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
             tall = window[1] - window[0]
             pack_ground(height, sheet, stride, window)
             pack_links(solid, outside, sheet, stride, window, rows, cols, masked)
-            if blade_low:
-                shifted = (window[0], window[1], window[2] - 1, window[3])
-                count = blocked_links(line, cell, shifted, stride, 0, sheet.shape[1], sheet, links, levels)
-                count = swept_only(sheet, links, levels, count)
             move_flows(old, old_stride, before, sheet, stride, window)
             if outside is not None:
                 drain_rim(outside, ground, ground, stride, window, rows, cols)
                 after[:] = ground
             before = window
         if stages % LOOK == 0:
-            if count_unsettled(sheet, ground, stride, tall, masked, links, levels, count, settled, threshold) == 0:
+            if count_unsettled(sheet, ground, stride, tall, masked, settled) == 0:
                 clear(pending)
                 break
             sides = reached(height, ground, stride, window, largest, BAND)
@@ -159,7 +139,7 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
         run = min(length - stage, most - stages, LOOK - stages % LOOK, 1 if masked else LOOK)
         if masked:
             momentum, gain = weights(stage + 1, real)
-            masked_stage(sheet, ground, after, stride, tall, links, levels, count, momentum, gain, threshold, lock)
+            masked_stage(sheet, ground, after, stride, tall, momentum, gain, threshold, lock)
             if outside is not None:
                 lost += drain_rim(outside, ground, after, stride, window, rows, cols)
         else:
@@ -176,29 +156,12 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, lin
     return stages, lost
 
 
-@kernel
-def subside(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low):
-    """`slump.relax`, and by super-steps what has not settled after LONG sweeps. Returns (sweeps and stages, lost)."""
-    short = Soil(soil.slope, soil.density, soil.friction, soil.tolerance, min(soil.max_sweeps, LONG))
-    sweeps, lost = relax(
-        height, solid, outside, buffers, links, levels, changed, pending, cell, short, quantum, line, blade_low
-    )
-    if pending[1] > pending[0] and sweeps < soil.max_sweeps:
-        stages, more = avalanche(
-            height, solid, outside, changed, pending, cell, soil, quantum, line, blade_low, sweeps * RATE,
-            soil.max_sweeps - sweeps,
-        )  # fmt: skip
-        sweeps += stages
-        lost += more
-    return sweeps, lost
-
-
 @entry
-def settle_long(world: World, grid: Grid, soil: Soil, line: Line, elapsed: float) -> int:
+def settle_long(world: World, grid: Grid, soil: Soil, elapsed: float) -> int:
     """Relax what is pending of a world whose blade is up; returns the stages it took. See `avalanche`."""
     stages, lost = avalanche(
-        world.height, world.solid, world.outside, world.changed, world.pending, grid.cell, soil, world.quantum, line,
-        False, elapsed, soil.max_sweeps,
+        world.height, world.solid, world.outside, world.changed, world.pending, grid.cell, soil, world.quantum,
+        elapsed, soil.max_sweeps,
     )  # fmt: skip
     world.tally[0].lost += lost * grid.cell**2
     return stages
@@ -208,10 +171,9 @@ def settle_long(world: World, grid: Grid, soil: Soil, line: Line, elapsed: float
 def is_settled(world: World, grid: Grid, soil: Soil) -> bool:
     """Whether no open link of a world with walls and nothing solid is steeper than what counts as settled."""
     height = world.height
-    threshold, settled, _ = limits(height, world.quantum, grid.cell, soil.slope, soil.tolerance)
+    _, settled, _ = limits(height, world.quantum, grid.cell, soil.slope, soil.tolerance)
     window = (0, grid.rows, 0, grid.cols)
     sheet, stride = new_sheet(height, window)
     pack_ground(height, sheet, stride, window)
     pack_links(None, None, sheet, stride, window, grid.rows, grid.cols, False)
-    none, no_levels = np.zeros((1, 3), np.int64), np.zeros((1, 2), height.dtype)
-    return count_unsettled(sheet, sheet[GROUND], stride, grid.rows, False, none, no_levels, 0, settled, threshold) == 0
+    return count_unsettled(sheet, sheet[GROUND], stride, grid.rows, False, settled) == 0

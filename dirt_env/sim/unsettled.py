@@ -5,7 +5,6 @@ from math import sqrt
 import numpy as np
 
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.laws import link_excess
 from dirt_env.sim.sheet import OPEN_X, OPEN_Y, RATE_X, RATE_Y
 
 
@@ -44,7 +43,7 @@ def count_steep_masked(low, here, high, x, x_high, y, y_low, rate_x, rate_y, n, 
 
 
 @kernel
-def count_unsettled(sheet, ground, stride, tall, masked, links, levels, count, settled, threshold):
+def count_unsettled(sheet, ground, stride, tall, masked, settled):
     """How many links are steeper than what counts as settled, by the same arithmetic as `slump`."""
     p, n = stride + 1, tall * stride
     open_x, open_y = sheet[OPEN_X], sheet[OPEN_Y]
@@ -52,14 +51,10 @@ def count_unsettled(sheet, ground, stride, tall, masked, links, levels, count, s
     low, here, high = ground[p - stride - 1 :], ground[p - 1 :], ground[p + stride - 1 :]
     if not masked:
         return count_steep(low, here, high, sheet[RATE_X][p:], sheet[RATE_Y][p:], n, limit)
-    found = count_steep_masked(
+    return count_steep_masked(
         low, here, high, open_x[p - 1 :], open_x[p + stride - 1 :], open_y[p - 1 :], open_y[p - stride - 1 :],
         sheet[RATE_X][p:], sheet[RATE_Y][p:], n, limit,
     )  # fmt: skip
-    for k in range(count):
-        a, b = ground[links[k, 0]], ground[links[k, 1]]
-        found += link_excess(max(a, b), min(a, b), levels[k, 0], levels[k, 1], threshold) > settled - threshold
-    return found
 
 
 @kernel
