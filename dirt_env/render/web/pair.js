@@ -1,10 +1,8 @@
 // Two policies on one layout: two views, one clock, cameras that turn together.
 // The address may say #at=60&camera=follow&episode=1&renderer=canvas.
 
-const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32];
 const COLORS = ["#56b4e9", "#f0a35e"];
 const SHOWN = ["share_in_goal", "volume_moved_m3", "spilled_m3", "distance_m", "work_kj", "load_m3"];
-const wish = new URLSearchParams(location.hash.slice(1));
 
 // One half of the page: a policy's view and its figures.
 class Side {
