@@ -200,9 +200,7 @@ def _add_speed(commands: Any) -> None:
         speed.add_argument(option, nargs="+", action="extend", default=[], metavar=name, help=f"only these: {words}")
     speed.add_argument("--quick", action="store_true", help="a few rows, shorter, in under a minute")
     speed.add_argument("--memory", action="store_true", help="memory over a million steps (100,000 with --quick), too")
-    speed.add_argument(
-        "--lean", action="store_true", help="instead: a step with and without what a scene can leave out"
-    )
+    speed.add_argument("--lean", action="store_true", help="instead: a step with and without what scenes leave out")
     speed.add_argument("--renew-docs", type=Path, metavar="DIR", help="write the tables of speed.md in DIR anew")
     speed.set_defaults(command=_speed)
 

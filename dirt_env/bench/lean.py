@@ -18,9 +18,10 @@ from dirt_env.sim.params import Command
 from dirt_env.sim.voxel_advance import advance_voxels
 from dirt_env.task.goal import Gauge
 from dirt_env.task.job import Job, make_job
+from dirt_env.vector import DirtPushVectorEnv
 
 ACTIONS = [(steering, 1.0, blade) for steering in (-0.3, 0.2, 0.4) for blade in (-0.6, 0.0, 0.5)]
-SITE = (32.0, 32.0)
+WORLDS = 16  # of the batch that is asked for infos
 Step = Callable[[], object]
 
 
@@ -145,10 +146,18 @@ def _observation(name: str) -> Callable[[bool], Step]:
 
 
 def _info(full: bool) -> Step:
-    env = started()
-    if full:
-        return env.episode.info
-    return lambda: None
+    env = DirtPushVectorEnv(WORLDS, info="all" if full else "none", threads=1, level=1)
+    env.reset(seed=1)
+    actions, count = np.tile(np.array(ACTIONS)[:, None], (1, WORLDS, 1)), 0
+
+    def step():
+        nonlocal count
+        env.step(actions[count % len(actions)])
+        count += 1
+        if count % 50 == 0:
+            env.reset(seed=1)
+
+    return step
 
 
 def _render(full: bool) -> Step:
@@ -173,7 +182,7 @@ FEATURES = (
     Feature("design surface", "its region is empty", _design),
     Feature("overview", "observation.overview false", _observation("overview")),
     Feature("map", "observation.map false", _observation("map")),
-    Feature("info", "nobody asks", _info),
+    Feature(f"info of a batch of {WORLDS}", 'info="none"', _info),
     Feature("rendering", "render_mode None", _render),
 )
 

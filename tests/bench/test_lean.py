@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dirt_env.bench.lean import ACTIONS, FEATURES, measure, rows, started, table
+from dirt_env.bench.lean import ACTIONS, FEATURES, empty_design, measure, rows, started, table
 from dirt_env.sim.advance import advance, settle
 from dirt_env.sim.params import Command, Grid, Soil
 from dirt_env.sim.slump import settle_window
@@ -16,10 +16,21 @@ from tests.sim.worlds import line_at, sweep_blade
 STATE = ("height", "machine", "tally", "changed", "pending")
 
 
-def driven(steps=200, neutral=None, **options):
-    """The world after random driving and digging in the middle of a site; `neutral` are fields put in at the start."""
-    env = started(layout={"heaps": 2, "volume": [4.0, 6.0], "haul": [8.0, 12.0]}, **options)
+def begun():
+    """An environment with its machine in the middle of a site."""
+    env = started(layout={"heaps": 2, "volume": [4.0, 6.0], "haul": [8.0, 12.0]})
     env.reset(seed=1, options={"pose": (16.0, 16.0, 0.3)})
+    return env
+
+
+def look(env):
+    """The observation of what is there now."""
+    return env._worlds.look(0)[0]
+
+
+def driven(steps=200, neutral=None):
+    """The world after random driving and digging in the middle of a site; `neutral` are fields put in at the start."""
+    env = begun()
     world, config = env.episode.world, env.config
     if neutral is not None:
         world = world._replace(**neutral(world))
@@ -54,24 +65,22 @@ def test_an_open_border_that_no_soil_comes_near_changes_nothing():
 
 def test_a_design_surface_without_a_cell_changes_nothing():
     world, env = driven()
-    job, cell, observer = env.episode.job, env.config.grid.cell, env._observer
-    full = job._replace(design=np.zeros(world.height.shape, np.float32))
-    assert job.design is None
-    measured = [Gauge(one, cell).measure(world.height) for one in (job, full)]
+    lean, full, cell = env.episode.job, empty_design(begun()), env.config.grid.cell
+    assert (lean.design_cells, full.design_cells) == (0.0, 1.0)
+    measured = [Gauge(job, cell).measure(world.height) for job in (lean, full)]
     assert measured[0] == measured[1]
     assert measured[0].potential > 0
-    seen = [observer.look(env.episode) for _ in range(2)]
-    env.episode.job = full
-    np.testing.assert_array_equal(observer.look(env.episode)["patch"], seen[0]["patch"])
+    seen = look(env)
+    env.put(env.episode._replace(job=full))
+    np.testing.assert_array_equal(look(env)["patch"], seen["patch"])
 
 
 def test_solid_cells_that_are_none_leave_the_rest_of_the_patch_alone():
     env = started(level=1)
-    lean = env._observer.look(env.episode)
+    lean = look(env)
     walls = started(layout={"obstacles": [0, 1]})
-    walls._episode = env.episode
-    env.episode.job = env.episode.job._replace(solid=np.zeros(env.episode.world.height.shape, bool))
-    full = walls._observer.look(env.episode)
+    walls.put(env.episode)
+    full = look(walls)
     assert full["patch"].shape[0] == lean["patch"].shape[0] + 1
     np.testing.assert_array_equal(full["patch"][:2], lean["patch"])
     np.testing.assert_array_equal(full["pose"], lean["pose"])
@@ -88,10 +97,10 @@ def test_pictures_of_the_whole_site_change_nothing_else(more):
         assert a[1:] == b[1:]
 
 
-def test_rendering_and_asking_for_info_change_nothing():
+def test_rendering_changes_nothing():
     lean, full = started(level=2), started(level=2, render_mode="rgb_array")
     for action in ACTIONS * 2:
-        lean.episode.act(action)
+        lean.step(action)
         full.step(action)
         full.render()
     assert lean.get_state() == full.get_state()
@@ -143,9 +152,9 @@ def test_cells_at_rest_and_a_life_that_no_constraint_has_change_nothing():
 
 def test_what_a_scene_does_not_need_is_not_allocated():
     env = started(level=1)
-    world, job = env.episode.world, env.episode.job
-    assert (world.solid, world.outside, job.solid, job.design, env.episode.layout.design) == (None,) * 5
-    assert set(env._observer.look(env.episode)) == {"patch", "pose"}
+    world, batch = env.episode.world, env._worlds.batch
+    assert (world.solid, world.outside, batch.solid, batch.outside, env.episode.layout.design) == (None,) * 5
+    assert set(look(env)) == {"patch", "pose"}
     assert env._picture is None
 
 

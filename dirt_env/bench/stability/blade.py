@@ -145,9 +145,7 @@ def a_billionth_of_a_cell_a_step():
     return f"{drive.sweeps - sweeps} sweeps, ground unchanged: {same}", same and drive.sweeps - sweeps <= 20_000
 
 
-@case(
-    "the centre of every crossed cell met exactly, at 0, 45 and 90 degrees: volume equal, under 5 mm of 200 left in the track"
-)
+@case("the centre of every crossed cell met exactly, at 0, 45 and 90 degrees: volume equal, under 5 mm of 200 left in the track")
 def ties_on_cell_centres():
     left, equal = [], True
     for heading, at in ((0.0, (4.25, 10.25)), (0.5 * pi, (10.25, 4.25)), (0.25 * pi, (6.25, 6.25))):
