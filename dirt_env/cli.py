@@ -200,18 +200,34 @@ def _add_speed(commands: Any) -> None:
         speed.add_argument(option, nargs="+", action="extend", default=[], metavar=name, help=f"only these: {words}")
     speed.add_argument("--quick", action="store_true", help="a few rows, shorter, in under a minute")
     speed.add_argument("--memory", action="store_true", help="memory over a million steps (100,000 with --quick), too")
+    speed.add_argument("--lean", action="store_true", help="instead: a step with and without what scenes leave out")
+    speed.add_argument("--renew-docs", type=Path, metavar="DIR", help="write the tables of speed.md in DIR anew")
     speed.set_defaults(command=_speed)
 
 
 def _speed(options: argparse.Namespace) -> int:
     names = {"cases": options.case, "sizes": options.size, "counts": options.num_envs}
     chosen = {**names, "threads": options.threads, "drives": options.drive}
-    from dirt_env.bench.speed.command import Speed
+    docs, selects = options.renew_docs, any(chosen.values())
+    if options.lean:
+        if selects or options.out or options.quick or options.memory or docs:
+            raise ValueError("--lean is given; allowed: alone")
+        from dirt_env.bench.lean import rows, table
+
+        _say(table(rows()))
+        return 0
+    if docs is not None and (options.quick or selects):
+        raise ValueError("--renew-docs is given; allowed: with the full set, without --quick and without a choice")
+    if docs is not None and not (docs / "speed.md").is_file():
+        raise ValueError(f"--renew-docs is {docs}; allowed: a folder with speed.md")
+    from dirt_env.bench.speed.command import Speed, renew_document
 
     run = Speed(options.quick, options.memory, **chosen)
     out = None if options.out is None else _writable(options.out)
     finished = run.measure()
     written = [] if out is None else [run.write(out)]
+    if finished and docs is not None:
+        written.append(renew_document(docs, run.report()))
     _say(run.table(), *([f"wrote {', '.join(map(str, written))}"] if written else []))
     if not finished:
         sys.stderr.write(f"dirt-push: interrupted after {len(run.rows)} of {len(run.items)} rows\n")

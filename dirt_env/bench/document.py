@@ -1,4 +1,4 @@
-"""How reports are written: JSON with a row a line, tables for a terminal and for Markdown."""
+"""How reports are written: JSON with a row a line, tables for a terminal and for Markdown, documents renewed."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -22,3 +22,22 @@ def markdown(lines: Sequence[Sequence[str]]) -> str:
     """Lines of cells, the head first, as a Markdown table."""
     head, *body = lines
     return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *body])
+
+
+def renewed(document: str, name: str, blocks: Mapping[str, str]) -> str:
+    """The document with each block `<!-- name:BLOCK -->` ... `<!-- /name -->` made anew.
+
+    Raises ValueError for a mark that has no end, or that there is no block for.
+    """
+    begin, end = f"<!-- {name}:", f"<!-- /{name} -->"
+    first, *parts = document.split(begin)
+    result = [first]
+    for part in parts:
+        mark, _, rest = part.partition(" -->")
+        _, found, after = rest.partition(end)
+        if mark not in blocks or not found:
+            raise ValueError(
+                f"mark {name}:{mark} has no end or no block; allowed: {', '.join(blocks)}, each with {end}"
+            )
+        result.append(f"{begin}{mark} -->\n{blocks[mark]}\n{end}{after}")
+    return "".join(result)

@@ -10,6 +10,7 @@ from dirt_env.bench.accuracy.plots import sweep_of
 from dirt_env.bench.accuracy.studies import STUDIES
 from dirt_env.bench.accuracy.targets import TARGETS, best, is_met
 from dirt_env.bench.document import aligned, markdown
+from dirt_env.bench.document import renewed as document_renewed
 
 GOOD = 0.01  # relative L1 error at which the default's time is compared
 NEAR = 1.05  # a rule's time counts where its error is within this of its smallest
@@ -159,20 +160,5 @@ def blocks(report: Mapping[str, Any]) -> dict[str, str]:
 
 
 def renewed(document: str, report: Mapping[str, Any]) -> str:
-    """The document with every block `<!-- accuracy:NAME -->` ... `<!-- /accuracy -->` made anew.
-
-    Raises ValueError for a mark that has no end, or a name that there is no block for.
-    """
-    known = blocks(report)
-    begin, end = "<!-- accuracy:", "<!-- /accuracy -->"
-    first, *parts = document.split(begin)
-    result = [first]
-    for part in parts:
-        name, _, rest = part.partition(" -->")
-        _, found, after = rest.partition(end)
-        if name not in known or not found:
-            raise ValueError(
-                f"mark accuracy:{name} has no end or no block; allowed: {', '.join(known)}, each with {end}"
-            )
-        result.append(f"{begin}{name} -->\n{known[name]}\n{end}{after}")
-    return "".join(result)
+    """The text of docs/accuracy.md with its blocks made anew; raises ValueError for a mark without a block."""
+    return document_renewed(document, "accuracy", blocks(report))

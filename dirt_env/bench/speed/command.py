@@ -11,10 +11,12 @@ from dirt_env.bench.speed.full_load import Push, measure_push
 from dirt_env.bench.speed.measure import QUICK, CartPole, Effort, Item, measure
 from dirt_env.bench.speed.plan import plan
 from dirt_env.bench.speed.process import memory, resident, start
-from dirt_env.bench.speed.report import terminal
+from dirt_env.bench.speed.report import renewed, terminal
 from dirt_env.bench.speed.shares import shares
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
+
+DOCUMENT = Path("speed.md")
 
 
 class Speed:
@@ -80,3 +82,10 @@ class Speed:
             size = (100_000, 1_000) if self._quick else (1_000_000, 10_000)
             more["memory"] = lambda show: memory(*size, show)
         return more
+
+
+def renew_document(docs: Path, report: dict[str, Any]) -> Path:
+    """Write the tables of speed.md in the folder `docs` anew; returns its path."""
+    document = docs / DOCUMENT
+    write_atomically(document, renewed(document.read_text(encoding="utf-8"), report).encode())
+    return document

@@ -15,7 +15,7 @@ from dirt_env.sim.params import Command
 
 DEPTH = 0.15  # m that are cut
 RUN_UP, TIMED = 24, 20  # control steps of one cell each: the blade fills up, then the clock runs
-BEFORE = 5.03  # m from the middle at which it begins
+BEFORE = 12.03  # m from the middle at which it begins; it ends as far beyond
 LEAST = 64  # cells along the side, or the way is too short
 
 
@@ -41,7 +41,7 @@ def measure_push(push: Push, effort: Effort, cartpole: CartPole) -> dict[str, An
     bare = BareWorlds(config, 1)
     bare.begin([0])
     world, middle = bare.worlds.episode(0).world, 0.5 * push.size * CELL
-    world.height[:] = DEPTH
+    world.height[:] = round(DEPTH / world.quantum) * world.quantum
     world.pending[:] = 0
     yaw = radians(push.yaw)
     fixed = config.grid, config.soil, config.blade, config.machine

@@ -1,12 +1,10 @@
-"""The report in words: the tables on the terminal."""
+"""The report in words: the tables on the terminal, the tables of docs/speed.md."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from dirt_env.bench.document import aligned
-
-Row = Mapping[str, Any]
-Report = Mapping[str, Any]
+from dirt_env.bench.document import aligned, markdown
+from dirt_env.bench.document import renewed as document_renewed
+from dirt_env.bench.speed.targets import Report, Row, targets
 
 COLUMNS = (
     ("case", "case", str), ("rows", "cells", "{0}x{0}".format), ("num_envs", "worlds", str),
@@ -55,3 +53,25 @@ def memory(report: Report) -> list[list[str]]:
     moments = ("before", f"after {found['steps']:,} steps", f"after {found['resets']:,} resets more")
     keys = ("before_mb", "after_steps_mb", "after_resets_mb")
     return [["memory", "MB"], *([moment, f"{found[key]:.1f}"] for moment, key in zip(moments, keys, strict=True))]
+
+
+def blocks(report: Report) -> dict[str, str]:
+    """What stands between the marks of docs/speed.md, by the mark's name."""
+    versions = ", ".join(f"{name} {version}" for name, version in report["versions"].items())
+    pole = f"CartPole-v1: {report['cartpole_steps_per_s']:,.0f} steps/s"
+    rows = [row for row in report["rows"] if row["drive"] != "full_load"]
+    pushes = [row for row in report["rows"] if row["drive"] == "full_load"]
+    return {
+        "made-with": f"Commit {report['commit']}; {report['machine']}; {versions}. {pole}.",
+        "targets": markdown(targets(report)),
+        "rows": markdown(cells(rows)),
+        "full-load": markdown(cells(pushes)),
+        "shares": markdown(split(report)),
+        "start": markdown(starts(report)),
+        "memory": markdown(memory(report)),
+    }
+
+
+def renewed(document: str, report: Report) -> str:
+    """The text of docs/speed.md with its blocks made anew; raises ValueError for a mark without a block."""
+    return document_renewed(document, "speed", blocks(report))
