@@ -243,7 +243,7 @@ def _add_stability(commands: Any) -> None:
     )
     stability.add_argument("--quick", action="store_true", help="a tenth of the steps in the long ones")
     stability.add_argument("--out", type=Path, metavar="DIR", help="folder for stability.json")
-    stability.add_argument("--doc", type=Path, metavar="FILE", help="renew the table of cases in this document")
+    stability.add_argument("--renew-docs", type=Path, metavar="DIR", help="write the table of stability.md in DIR anew")
     stability.set_defaults(command=_stability)
 
 
@@ -251,7 +251,7 @@ def _stability(options: argparse.Namespace) -> int:
     from dirt_env.bench.stability.command import stability
 
     out = None if options.out is None else _writable(options.out)
-    return 0 if stability(options.case, options.quick, out, options.doc) else FAILED
+    return 0 if stability(options.case, options.quick, out, options.renew_docs) else FAILED
 
 
 def _writable(out: Path) -> Path:

@@ -20,17 +20,19 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
 
 def markdown(lines: Sequence[Sequence[str]]) -> str:
     """Lines of cells, the head first, as a Markdown table."""
-    head, *body = lines
+    head, *body = [[cell.replace("|", "\\|") for cell in line] for line in lines]
     return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *body])
 
 
 def renewed(document: str, name: str, blocks: Mapping[str, str]) -> str:
     """The document with each block `<!-- name:BLOCK -->` ... `<!-- /name -->` made anew.
 
-    Raises ValueError for a mark that has no end, or that there is no block for.
+    Raises ValueError for a mark that has no end, or that there is no block for, and where there is no mark at all.
     """
     begin, end = f"<!-- {name}:", f"<!-- /{name} -->"
     first, *parts = document.split(begin)
+    if not parts:
+        raise ValueError(f"the document has no place for what is new; needed: {begin}{next(iter(blocks))} -->{end}")
     result = [first]
     for part in parts:
         mark, _, rest = part.partition(" -->")

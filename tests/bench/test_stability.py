@@ -90,10 +90,12 @@ def test_an_unknown_case_is_one_line(capsys):
 
 
 def test_the_table_in_a_document_is_renewed_by_all_cases_only(tmp_path, capsys):
-    doc = tmp_path / "doc.md"
-    doc.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
-    assert main(["stability", "--quick", "--doc", str(doc)]) == 2
-    assert "--doc takes the table of all cases" in capsys.readouterr().err
+    doc = tmp_path / "stability.md"
+    assert main(["stability", "--renew-docs", str(tmp_path)]) == 2
+    assert "allowed: a folder with stability.md" in capsys.readouterr().err
+    doc.write_text("before\n<!-- stability:cases -->\nold\n<!-- /stability -->\nafter\n")
+    assert main(["stability", "--quick", "--renew-docs", str(tmp_path)]) == 2
+    assert "allowed: with all cases" in capsys.readouterr().err
     row = Row("a-case", "theme", "right", "wrong", False, 0.5, 3.0)
     report.renew(doc, [row])
     text = doc.read_text()
@@ -102,7 +104,7 @@ def test_the_table_in_a_document_is_renewed_by_all_cases_only(tmp_path, capsys):
     assert "old" not in text
     assert "| a-case | right | wrong | **fails** | 0.5 |" in text
     doc.write_text("nothing")
-    with pytest.raises(ValueError, match="no place for the table"):
+    with pytest.raises(ValueError, match="no place for what is new"):
         report.renew(doc, [row])
 
 

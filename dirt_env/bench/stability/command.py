@@ -10,6 +10,8 @@ from dirt_env.bench.stability.registry import Case, all_cases
 from dirt_env.bench.stability.watchdog import Row, Watchdog
 from dirt_env.progress import Progress
 
+DOCUMENT = "stability.md"
+
 
 def chosen(names: Sequence[str]) -> list[Case]:
     """The cases of those names, all if there are none; ValueError for a name that is not known."""
@@ -22,16 +24,18 @@ def chosen(names: Sequence[str]) -> list[Case]:
     return [cases[name] for name in dict.fromkeys(names)] or list(cases.values())
 
 
-def stability(names: Sequence[str], quick: bool, out: Path | None, doc: Path | None) -> bool:
+def stability(names: Sequence[str], quick: bool, out: Path | None, docs: Path | None) -> bool:
     """Run the cases and report; returns whether all of them pass."""
-    if doc is not None and (names or quick):
-        raise ValueError("--doc takes the table of all cases; allowed: without --case and --quick")
+    if docs is not None and (names or quick):
+        raise ValueError("--renew-docs is given; allowed: with all cases, without --case and --quick")
+    if docs is not None and not (docs / DOCUMENT).is_file():
+        raise ValueError(f"--renew-docs is {docs}; allowed: a folder with {DOCUMENT}")
     cases = chosen(names)
     rows = measure(cases, quick)
     if out is not None:
         report.write_json(rows, quick, out / "stability.json")
-    if doc is not None:
-        report.renew(doc, rows)
+    if docs is not None:
+        report.renew(docs / DOCUMENT, rows)
     sys.stdout.write(report.summary(rows) + "\n")
     return all(row.ok for row in rows)
 

@@ -4,11 +4,10 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from dirt_env.bench.document import markdown, renewed
 from dirt_env.bench.provenance import provenance
 from dirt_env.bench.stability.watchdog import Row
 from dirt_env.render.atomic import write_atomically
-
-BEGIN, END = "<!-- cases: begin (dirt-push stability --doc FILE) -->", "<!-- cases: end -->"
 
 
 def line(row: Row, wide: int) -> str:
@@ -33,23 +32,18 @@ def write_json(rows: Sequence[Row], quick: bool, path: Path) -> None:
     write_atomically(path, (json.dumps(report, indent=1) + "\n").encode())
 
 
-def markdown(rows: Sequence[Row]) -> str:
+def table(rows: Sequence[Row]) -> str:
     """The table of docs/stability.md."""
-    lines = ["| case | what is right | measured | | s |", "|---|---|---|---|---|"]
+    lines = [["case", "what is right", "measured", "", "s"]]
     lines += [
-        f"| {row.case} | {row.expected} | {row.measured} | {'pass' if row.ok else '**fails**'} | {row.cpu_s:.1f} |"
-        for row in rows
+        [row.case, row.expected, row.measured, "pass" if row.ok else "**fails**", f"{row.cpu_s:.1f}"] for row in rows
     ]
     made = provenance()
     note = f"{summary(rows)}. {made['machine']}; " + ", ".join(f"{k} {v}" for k, v in made["versions"].items()) + "."
-    return "\n".join([*lines, "", note])
+    return f"{markdown(lines)}\n\n{note}"
 
 
 def renew(path: Path, rows: Sequence[Row]) -> None:
-    """Put the table into a document, between the two markers; ValueError where they are not."""
-    text = path.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{path} has no place for the table; needed: lines {BEGIN!r} and {END!r}")
-    write_atomically(path, f"{before}{BEGIN}\n\n{markdown(rows)}\n\n{END}{after}".encode())
+    """Put the table into a document, at its mark `<!-- stability:cases -->`; ValueError for another mark."""
+    text = renewed(path.read_text(encoding="utf-8"), "stability", {"cases": table(rows)})
+    write_atomically(path, text.encode())
