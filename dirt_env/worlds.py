@@ -24,7 +24,7 @@ from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, t
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
-APART = ("job", "scenes", "channels", "sums")  # what of a batch is no array, or not of an episode
+APART = ("job", "scenes", "channels", "pulls", "sums")  # what of a batch is no array, or not of an episode
 BUSY = np.zeros(1, bool)  # one world that is not idle
 
 
@@ -45,10 +45,13 @@ class Worlds:
             walls=first.has_walls,
             open_border=first.site.border == "open",
             channels=self.observer.view.channels,
+            traction=first.traction is not None,
         )
         views = {config: Observer(config).view for config in dict.fromkeys(configs)}
         for i, config in enumerate(configs):
             _write_scene(self.batch.scenes[i], config, views[config])
+            if config.pull is not None:
+                self.batch.pulls[i] = tuple(config.pull)
         self.layouts: list[Layout | None] = [None] * len(configs)
         self._cells: list[dict[str, Any]] = [{} for _ in configs]  # what a VoxelWorld has and a World has not
         self._is_field = isinstance(first.terrain, HeightField)

@@ -20,6 +20,7 @@ FIGURES = (
     "time_s",
     "m3_per_h",
     "work_kj",
+    "energy_kj",
     "distance_m",
     "steps",
     "grade_error_m",
