@@ -64,6 +64,7 @@ def features(config: SceneConfig) -> dict[str, Any]:
         "observation.height_limit": seen.height_limit,
         "observation.overview": seen.overview,
         "observation.map": seen.map,
+        "observation.noise": seen.noise is not None,
     }
 
 

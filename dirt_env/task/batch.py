@@ -15,7 +15,7 @@ from dirt_env.sim.state import POSE, TALLY
 from dirt_env.sim.traction import Pull
 from dirt_env.task.goal import Remaining, Sums, make_sums
 from dirt_env.task.job import Job
-from dirt_env.task.observation import POSE_ENTRIES, Sight, View
+from dirt_env.task.observation import POSE_ENTRIES, Noise, Sight, View
 from dirt_env.task.reward import TERMS, Scale
 
 
@@ -214,6 +214,16 @@ def sums_of(batch, w):
 
 
 @kernel
+def noise_at(noise, w):
+    """The Noise with index w, or None where there is none."""
+    if noise is None:
+        return None
+    return Noise(noise.height[w], noise.pose[w], noise.ground[w], noise.machine[w : w + 1])
+
+
+@kernel
 def sight_of(sight, w):
     """The Sight with index w of one with stacked arrays."""
-    return Sight(sight.patch[w], sight.pose[w], at(sight.overview, w), at(sight.map, w))
+    return Sight(
+        sight.patch[w], sight.pose[w], at(sight.overview, w), at(sight.map, w), noise_at(sight.noise, w)
+    )
