@@ -21,6 +21,7 @@ from typing import NamedTuple
 from dirt_env.sim.jit import kernel
 
 STEEPEST = pi - 0.1  # rad; rake and both frictions together leave no wedge from pi on
+LEAST_FRICTION = 1e-3  # rad
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
 
@@ -74,7 +75,12 @@ def earthmoving_factors(rake: float, internal: float, external: float) -> Factor
 
 
 def _weakest_plane(rake: float, internal: float, external: float) -> float:
-    """Angle [rad] of the failure plane with the least N_weight, by golden section: it has one minimum."""
+    """Angle [rad] of the failure plane with the least N_weight, by golden section: it has one minimum.
+
+    Without any friction all planes weigh the same, and cohesion would hang on the choice: the limit of little friction
+    is taken.
+    """
+    internal = max(internal, LEAST_FRICTION)
     low, high = 0.0, pi - rake - internal - external
     for _ in range(80):
         reach = _GOLDEN * (high - low)
