@@ -224,6 +224,4 @@ def noise_at(noise, w):
 @kernel
 def sight_of(sight, w):
     """The Sight with index w of one with stacked arrays."""
-    return Sight(
-        sight.patch[w], sight.pose[w], at(sight.overview, w), at(sight.map, w), noise_at(sight.noise, w)
-    )
+    return Sight(sight.patch[w], sight.pose[w], at(sight.overview, w), at(sight.map, w), noise_at(sight.noise, w))
