@@ -187,15 +187,13 @@ def tables(results: dict) -> str:
     """The figures as Markdown."""
     pressure = [["internal friction", "wall friction", "Caquot-Kérisel", "2 N, plane wedge", "deviation"]]
     for row in results["passive_pressure"]:
-        off = f"{row['plane'] / row['curved'] - 1:+.1%}"
-        pressure.append(
-            [f"{row['friction']}°", f"{row['share']:.2g} φ", f"{row['curved']:g}", f"{row['plane']:.2f}", off]
-        )
+        shares = f"{row['share']:.2g} φ", f"{row['curved']:g}", f"{row['plane']:.2f}"
+        pressure.append([f"{row['friction']}°", *shares, _off(row["plane"], row["curved"])])
     draft = [["soil", *(f"{depth:g} m" for depth in CUTS)]]
     for row in results["draft"]:
         exact = np.interp(CUTS, DEPTHS, row["equation_kn"])
         cells = zip(row["machine_kn"], exact, strict=True)
-        draft.append([row["soil"], *(f"{found:.2f} kN ({found / wanted - 1:+.1%})" for found, wanted in cells)])
+        draft.append([row["soil"], *(f"{found:.2f} kN ({_off(found, wanted)})" for found, wanted in cells)])
     load = [["width", "rating", "ahead of the blade", "pile left", "H x W x L of the pile", "0.375 H W L", "deviation"]]
     for row in results["load"]:
         pile = row["pile"]
@@ -207,6 +205,11 @@ def tables(results: dict) -> str:
     scale = [["cohesion", "exponent of draft over scale"]]
     scale += [[f"{row['cohesion'] / 1e3:g} kPa", f"{row['exponent']:.2f}"] for row in results["scales"]]
     return "\n\n".join(markdown(lines) for lines in (pressure, draft, load, scale))
+
+
+def _off(found: float, wanted: float) -> str:
+    """By how much one number is more than the other, in words."""
+    return f"{found / wanted - 1:+z.1%}"
 
 
 def main() -> None:

@@ -14,12 +14,8 @@ from dirt_env.scene.sampling import Sampler
 from dirt_env.sim.params import Blade, Grid, Machine, Soil, Strength, Traction
 from dirt_env.sim.traction import Pull, pull_of
 
-FIELDS = {
-    "soil": "earth",
-    "start": "starts",
-    "goal": "goals",
-    "obstacle": "obstacles",
-}  # attribute of a key, where it differs
+# Attribute of a key, where it differs.
+FIELDS = {"soil": "earth", "start": "starts", "goal": "goals", "obstacle": "obstacles"}
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ class Pull(NamedTuple):
 
 
 def pull_of(soil: Soil, strength: Strength, blade: Blade, machine: Machine, traction: Traction) -> Pull:
-    """The constants of a soil, a blade and a machine; worked out once, for no kernel has to look for a failure plane."""
+    """The constants of a soil, a blade and a machine; worked out once, so that no kernel looks for a failure plane."""
     ratio = strength.shear_deformation / machine.length
     return Pull(
         *cut_of(soil, strength, blade, traction.rake),
