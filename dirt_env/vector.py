@@ -54,7 +54,8 @@ class DirtPushVectorEnv(VectorEnv):
         env = gymnasium.make_vec("DirtPush-v0", num_envs=256, level=2, variants=soils)
 
     All worlds have the same number of cells, border, size and channels of observation, and either all or none of them
-    obstacles, a design, traction, or noise; anything else is refused. `terrain="voxel"` needs `vectorization_mode="sync"`.
+    obstacles, a design, traction, or noise; anything else is refused. `terrain="voxel"` needs
+    `vectorization_mode="sync"`.
 
     ## Search
     `copy_worlds(sources, targets)` copies worlds within the batch, as quickly as their arrays are copied;

@@ -118,7 +118,8 @@ class Worlds:
         """Draw anew what world `index` of a scene with noise measures wrong."""
         size = self.configs[index].observation.noise
         spread = size.position, size.position, radians(size.heading)
-        self.noise.height[index] = size.height * generator.standard_normal(self.batch.height[0].shape, np.float32)
+        if size.height > 0.0:  # a number for each cell takes longer than all the rest of a step
+            self.noise.height[index] = size.height * generator.standard_normal(self.batch.height[0].shape, np.float32)
         self.noise.pose[index] = spread * generator.standard_normal(3)
 
     def blanks(self) -> tuple[dict[str, np.ndarray], Sight]:
