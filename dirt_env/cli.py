@@ -62,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_speed(commands)
     _add_stability(commands)
     commands.add_parser("scenes", help="list the shipped scenes").set_defaults(command=_scenes)
+    commands.add_parser("soils", help="list the soils for soil.preset").set_defaults(command=_soils)
     commands.add_parser("policies", help="list the policies").set_defaults(command=_policies)
     return parser
 
@@ -270,6 +271,15 @@ def _scenes(options: argparse.Namespace) -> int:
     from dirt_env.config import load, scene_names
 
     _say(*_columns((name, load(name).description) for name in scene_names()))
+    return 0
+
+
+def _soils(options: argparse.Namespace) -> int:
+    from dirt_env.config.presets import KEYS, PRESETS
+
+    width = max(map(len, PRESETS))
+    rows = [f"{name:<{width}}" + "".join(f"  {row[key]:>{len(key)}g}" for key in KEYS) for name, row in PRESETS.items()]
+    _say(" " * width + "".join(f"  {key}" for key in KEYS), *rows)
     return 0
 
 

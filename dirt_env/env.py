@@ -79,10 +79,14 @@ class DirtPushEnv(gymnasium.Env):
     `map` (2 or 3, rows, cols), if `observation.map`: the site, north up in row order from the south. Height over the
     datum [m], and channels 1 and 2 as in the patch. For scripted behaviours that see everything.
 
+    With a table `observation.noise`, all of this is what the machine measures: heights, its own position and heading
+    have normal errors, drawn anew in every step.
+
     ## Dynamics
     A height field of `site.cell` m that never gets steeper than the angle of repose; its volume is exact to the last
     bit. A control step lasts `task.period` seconds, in as many substeps as the blade needs. The blade cuts, pushes,
-    carries and spills; border walls and obstacles stop the machine.
+    carries and spills; border walls and obstacles stop the machine. With a table `traction` in the scene, so does the
+    ground: the machine slows down under the draft of load and cut, slips, and stalls (docs/machine.md).
 
     ## Reward
     The sum of the terms of `info["reward"]` times the weights of the same names in the scene's table `reward`.
@@ -90,7 +94,7 @@ class DirtPushEnv(gymnasium.Env):
     | term | content |
     |---|---|
     | work | fall of the potential, as share of what it was at the start: 1 for the whole job, 0 for any loop |
-    | energy | minus the work on the soil, as share of what dragging all of it straight to the goal takes |
+    | energy | minus `energy_kj` of the step, as share of what dragging all the soil straight to the goal takes |
     | time | minus the share of `task.time` that a step takes |
     | spill | minus the soil lost over an open border, as share of all the soil |
     | success | 1 in the step that completes the job |
@@ -108,8 +112,10 @@ class DirtPushEnv(gymnasium.Env):
     ## Info
     Plain numbers: `share_in_goal`, `volume_moved_m3`, `misplaced_m3`, `spilled_m3` (soil that lies neither in start nor
     in goal nor in design regions where there was none, or is lost), `lost_m3`, `grade_error_m` (root mean square),
-    `work_kj`, `distance_m`, `time_s` since the start; `load_m3`, `draft_kn` (mean force on the blade) and `blocked`
-    (share of the step in which the machine was held) of the last step; `is_success`; the dict `reward`.
+    `work_kj` on the soil, `energy_kj` (the same; with `traction`, what the tracks took from the engine), `distance_m`,
+    `time_s` since the start; `load_m3`, `draft_kn` (mean force on the blade), `slip` of the tracks (1: stalled; 0
+    without `traction`) and `blocked` (share of the step in which something solid held the machine) of the last step;
+    `is_success`; the dict `reward`.
 
     ## Arguments
     `scene`: name of a shipped scene, path of a TOML file, or a mapping (default "heap"). `render_mode`: None,
@@ -172,6 +178,7 @@ class DirtPushEnv(gymnasium.Env):
         Raises ValueError, and changes neither the episode nor the generator, if an option is bad.
         """
         self.put(self.begin(seed, options))
+        self.measure()
         seen, figures = self._worlds.look(self._index)
         return seen, _info(figures)
 
@@ -198,12 +205,17 @@ class DirtPushEnv(gymnasium.Env):
         worlds, index = self._worlds, self._index
         if worlds.layouts[index] is None:
             raise ResetNeeded(NOT_RESET)
-        seen, figures = worlds.step(index, action)
+        seen, figures = worlds.step(index, action, None if worlds.noise is None else self.np_random)
         info = _info(figures)
         info["reward"] = dict(zip(TERMS, figures[FIRST_TERM:REWARD], strict=True))
         if self.render_mode == "human":
             self.render()
         return seen, figures[REWARD], info["is_success"], False, info
+
+    def measure(self) -> None:
+        """Draw anew what the machine measures wrong, from the environment's generator; see `observation.noise`."""
+        if self._worlds.noise is not None:
+            self._worlds.perturb(self._index, self.np_random)
 
     def render(self) -> np.ndarray | None:
         """Picture of the site, uint8 (height, width, 3); in the mode "human" it is shown in a window instead."""

@@ -12,6 +12,7 @@ REPORTED = (
     "time_s",
     "distance_m",
     "work_kj",
+    "energy_kj",
     "grade_error_m",
 )
 """What an episode's last info brings into its summary."""

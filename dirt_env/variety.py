@@ -58,11 +58,13 @@ def features(config: SceneConfig) -> dict[str, Any]:
         "site.border": config.site.border,
         "obstacles": config.has_walls,
         "a design": config.design is not None,
+        "traction": config.traction is not None,
         "observation.size": seen.size,
         "observation.channels": config.channels,
         "observation.height_limit": seen.height_limit,
         "observation.overview": seen.overview,
         "observation.map": seen.map,
+        "observation.noise": seen.noise is not None,
     }
 
 

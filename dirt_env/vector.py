@@ -54,7 +54,8 @@ class DirtPushVectorEnv(VectorEnv):
         env = gymnasium.make_vec("DirtPush-v0", num_envs=256, level=2, variants=soils)
 
     All worlds have the same number of cells, border, size and channels of observation, and either all or none of them
-    obstacles, or a design; anything else is refused. `terrain="voxel"` needs `vectorization_mode="sync"`.
+    obstacles, a design, traction, or noise; anything else is refused. `terrain="voxel"` needs
+    `vectorization_mode="sync"`.
 
     ## Search
     `copy_worlds(sources, targets)` copies worlds within the batch, as quickly as their arrays are copied;
@@ -93,7 +94,7 @@ class DirtPushVectorEnv(VectorEnv):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._ended = np.zeros(self.num_envs, bool)  # worlds whose last step was their episode's last
-        self._kept = None if copy else self._worlds.observer.blanks(self.num_envs)
+        self._kept = None if copy else self._worlds.blanks()
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Any = None
@@ -109,6 +110,7 @@ class DirtPushVectorEnv(VectorEnv):
         if any(self._worlds.layouts[world] is None for world in np.flatnonzero(~mask)):
             raise ResetNeeded("Cannot reset some of the worlds before calling env.reset() for all of them")
         self._begin(np.flatnonzero(mask).tolist(), seeds, options)
+        self._measure(mask)
         self._ended[mask] = False
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
@@ -127,6 +129,7 @@ class DirtPushVectorEnv(VectorEnv):
         self._check_begun()
         mode, ended = self.autoreset_mode, self._ended
         idle = ended if mode == AutoresetMode.NEXT_STEP else np.zeros_like(ended)
+        self._measure(~idle)
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
         self._run(values, idle, sight, figures)
@@ -168,7 +171,14 @@ class DirtPushVectorEnv(VectorEnv):
         """New episodes in these worlds, with their first observations and infos, and no reward."""
         self._begin(indices, [None] * self.num_envs, None)
         for index in indices:
+            self.envs[index].measure()
             self._worlds.run(show_worlds, sight, figures, index, index + 1, 0)
+
+    def _measure(self, mask: np.ndarray) -> None:
+        """Draw anew what the worlds of a mask bool[num_envs] measure wrong."""
+        if self._worlds.noise is not None:
+            for index in np.flatnonzero(mask):
+                self.envs[index].measure()
 
     def _begin(self, indices: Sequence[int], seeds: Sequence[int | None], options: Any) -> None:
         """New episodes in these worlds; none at all if one of them is refused for its options."""
@@ -194,7 +204,7 @@ class DirtPushVectorEnv(VectorEnv):
 
     def _blanks(self) -> tuple[Observations, Sight]:
         """Arrays for the observations that are to be returned."""
-        return self._kept or self._worlds.observer.blanks(self.num_envs)
+        return self._kept or self._worlds.blanks()
 
     def _check_begun(self) -> None:
         """Raise ResetNeeded if a world has no episode, or one that is over and that nobody has reset."""

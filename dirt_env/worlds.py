@@ -1,6 +1,7 @@
 """Worlds and their episodes in the arrays of one batch: put in, stepped, shown, taken out. No Gymnasium in it."""
 
 from collections.abc import Callable, Sequence
+from math import radians
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,26 +13,27 @@ from dirt_env.observer import Observer
 from dirt_env.scene.layout import Layout
 from dirt_env.sim.jit import machine_code
 from dirt_env.sim.params import Command
-from dirt_env.sim.state import World, work_space
+from dirt_env.sim.state import POSE, World, work_space
 from dirt_env.sim.voxel_advance import VoxelWorld, advance_voxels
-from dirt_env.task.actions import decode, read_action
+from dirt_env.task.actions import command_of, read_action
 from dirt_env.task.batch import COLUMNS, SCENE, Batch, Scratch, Totals, make_batch
 from dirt_env.task.goal import Remaining
 from dirt_env.task.job import Job
-from dirt_env.task.observation import View
+from dirt_env.task.observation import Noise, Sight, View
 from dirt_env.task.reward import TERMS, scale_of
 from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, take_up
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
-APART = ("job", "scenes", "channels", "sums")  # what of a batch is no array, or not of an episode
+APART = ("job", "scenes", "channels", "pulls", "sums")  # what of a batch is no array, or not of an episode
 BUSY = np.zeros(1, bool)  # one world that is not idle
 
 
 class Worlds:
     """As many worlds as there are `configs`, which have the same features (see `features`).
 
-    `batch` holds their arrays, `layouts` what their episodes started from, None before the first `put`.
+    `batch` holds their arrays, `layouts` what their episodes started from, None before the first `put`; `noise` what
+    they measure wrong, None in scenes without.
     """
 
     def __init__(self, configs: Sequence[SceneConfig]) -> None:
@@ -45,10 +47,14 @@ class Worlds:
             walls=first.has_walls,
             open_border=first.site.border == "open",
             channels=self.observer.view.channels,
+            traction=first.traction is not None,
         )
         views = {config: Observer(config).view for config in dict.fromkeys(configs)}
         for i, config in enumerate(configs):
             _write_scene(self.batch.scenes[i], config, views[config])
+            if config.pull is not None:
+                self.batch.pulls[i] = tuple(config.pull)
+        self.noise = None if first.observation.noise is None else _make_noise(self.batch.height)
         self.layouts: list[Layout | None] = [None] * len(configs)
         self._cells: list[dict[str, Any]] = [{} for _ in configs]  # what a VoxelWorld has and a World has not
         self._is_field = isinstance(first.terrain, HeightField)
@@ -108,25 +114,53 @@ class Worlds:
         for target, layout in zip(targets, layouts, strict=True):
             self.layouts[target] = layout
 
-    def step(self, index: int, action: Any) -> tuple[dict[str, np.ndarray], list[float]]:
-        """One control step of one world: observation and FIGURES; ValueError, and nothing changes, for a bad action."""
-        seen, sight = self.observer.blank()
+    def perturb(self, index: int, generator: np.random.Generator) -> None:
+        """Draw anew what world `index` of a scene with noise measures wrong."""
+        size = self.configs[index].observation.noise
+        spread = size.position, size.position, radians(size.heading)
+        if size.height > 0.0:  # a number for each cell takes longer than all the rest of a step
+            self.noise.height[index] = size.height * generator.standard_normal(self.batch.height[0].shape, np.float32)
+        self.noise.pose[index] = spread * generator.standard_normal(3)
+
+    def blanks(self) -> tuple[dict[str, np.ndarray], Sight]:
+        """New arrays for the observations of all worlds, by name; and the same for the kernels."""
+        seen, sight = self.observer.blanks(len(self.configs))
+        return seen, sight._replace(noise=self.noise)
+
+    def step(
+        self, index: int, action: Any, generator: np.random.Generator | None = None
+    ) -> tuple[dict[str, np.ndarray], list[float]]:
+        """One control step of one world: observation and FIGURES; ValueError, and nothing changes, for a bad action.
+
+        With a generator, what it measures wrong is drawn anew.
+        """
+        values = read_action(action)
+        if generator is not None:
+            self.perturb(index, generator)
+        seen, sight = self._blank(index)
         figures = np.empty((len(FIGURES), 1))
         if self._is_field:
             actions = np.empty((1, 3))
-            actions[0] = read_action(action)
+            actions[0] = values
             self.run(step_worlds, self.scratch(0), actions, BUSY, sight, figures, index, index + 1, index)
         else:
-            self._step_cells(index, decode(action, self.configs[index].machine))
+            self._step_cells(index, command_of(*values.tolist(), self.configs[index].machine))
             self.run(book_worlds, sight, figures, index, index + 1, index)
         return seen, figures[:, 0].tolist()
 
     def look(self, index: int) -> tuple[dict[str, np.ndarray], list[float]]:
         """Observation and FIGURES of one world as it is."""
-        seen, sight = self.observer.blank()
+        seen, sight = self._blank(index)
         figures = np.empty((len(FIGURES), 1))
         self.run(show_worlds, sight, figures, index, index + 1, index)
         return seen, figures[:, 0].tolist()
+
+    def _blank(self, index: int) -> tuple[dict[str, np.ndarray], Sight]:
+        """New arrays for the observation of one world."""
+        seen, sight = self.observer.blank()
+        if self.noise is not None:
+            sight = sight._replace(noise=Noise(*(part[index : index + 1] for part in self.noise)))
+        return seen, sight
 
     def _step_cells(self, index: int, command: Command) -> None:
         """Advance a world of cells."""
@@ -162,6 +196,11 @@ class Worlds:
     def __getstate__(self) -> dict[str, Any]:
         """What pickle and deepcopy take along: everything but the work space and the machine code."""
         return {**self.__dict__, "_scratch": [], "_codes": {}}
+
+
+def _make_noise(height: np.ndarray) -> Noise:
+    """Arrays for what worlds with the ground height[n, rows, cols] measure wrong: nothing yet."""
+    return Noise(np.zeros_like(height), np.zeros((len(height), 3)), np.zeros_like(height), np.zeros(len(height), POSE))
 
 
 def _write_scene(record: np.record, config: SceneConfig, view: View) -> None:

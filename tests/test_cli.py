@@ -11,6 +11,7 @@ import pytest
 from dirt_env import __version__
 from dirt_env.cli import main, read_settings
 from dirt_env.config import load, scene_names
+from dirt_env.config.presets import KEYS, PRESETS
 from dirt_env.policy import load_policy, policy_names
 
 FIGURES = (
@@ -20,6 +21,7 @@ FIGURES = (
     "time_s",
     "m3_per_h",
     "work_kj",
+    "energy_kj",
     "distance_m",
     "steps",
     "grade_error_m",
@@ -179,6 +181,14 @@ def test_scenes_and_policies_are_listed(capsys):
     assert [line.split()[0] for line in scenes] == list(scene_names())
     assert [line.split()[0] for line in policies] == list(policy_names())
     assert all(len(line.split()) > 3 for line in scenes + policies)
+
+
+def test_soils_are_listed_with_their_numbers(capsys):
+    assert main(["soils"]) == 0
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert head.split() == list(KEYS)
+    assert [row.split()[0] for row in rows] == list(PRESETS)
+    assert [float(number) for number in rows[0].split()[1:]] == list(PRESETS["dry_sand"].values())
 
 
 def test_the_version(capsys):

@@ -26,7 +26,7 @@ class ImaginedSite(Site):
         if not isinstance(config.terrain, HeightField):
             raise ValueError(f"terrain is {config.terrain.kind!r}; allowed: heightfield, which a map shows in full")
         super().__init__(config)
-        self._config = config
+        self._config, self._pull = config, config.pull
 
     def copy(self, site: Site) -> None:
         """Begin where a site is now."""
@@ -46,7 +46,7 @@ class ImaginedSite(Site):
     def step(self, action: np.ndarray) -> None:
         """One control step."""
         command = decode(action, self.machine)
-        advance(self._world, self.grid, self.soil, self.blade, self.machine, command, self.period)
+        advance(self._world, self.grid, self.soil, self.blade, self.machine, command, self.period, self._pull)
         self._look()
 
     def _look(self) -> None:

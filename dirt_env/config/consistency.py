@@ -1,7 +1,7 @@
 """Checks between the tables of a scene, and what follows from all of them."""
 
 import warnings
-from math import ceil, hypot
+from math import ceil, degrees, hypot
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.layout import Layout
 from dirt_env.scene.survey import HeightFile
 from dirt_env.sim.advance import fits
+from dirt_env.sim.draft import STEEPEST
 from dirt_env.sim.state import make_world, quantum_for
 from dirt_env.sim.timestep import STRIDE
 
@@ -27,6 +28,8 @@ def check(config: SceneConfig) -> None:
     """
     _check_site(config)
     _check_machine(config)
+    if config.traction is not None:
+        _check_traction(config)
     _check_ground(config)
     _check_cells(config)
     if config.layout is not None:
@@ -78,6 +81,22 @@ def _check_machine(config: SceneConfig) -> None:
         raise ValueError(
             f"machine and blade take {need:g} m (machine.length, machine.width, blade.width, blade.reach); "
             f"allowed: at most the site's {room:g} m (site.size)"
+        )
+
+
+def _check_traction(config: SceneConfig) -> None:
+    if not isinstance(config.terrain, HeightField):
+        raise ValueError(
+            f'traction is given and terrain is "{config.terrain.kind}"; allowed: "{HeightField.kind}", or no traction'
+        )
+    strength = config.strength
+    angles = config.traction.rake, strength.internal_friction, strength.external_friction
+    if sum(angles) > STEEPEST:
+        rake, internal, external = map(degrees, angles)
+        raise ValueError(
+            f"traction.rake {rake:g}, soil.internal_friction {internal:g} and soil.external_friction {external:g} "
+            f"degrees make {rake + internal + external:g}; allowed: at most {degrees(STEEPEST):.1f} together, or the "
+            "blade breaks no wedge out of the ground"
         )
 
 

@@ -11,13 +11,13 @@ from typing import Any
 from dirt_env.config import consistency, episode
 from dirt_env.config.rules import join, known_keys
 from dirt_env.config.scene import FIELDS, SceneConfig
-from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
+from dirt_env.config.tables import POSE, SCENE, SOIL, Observation, Reward, Site, Task
 from dirt_env.config.terrain import HeightField
 from dirt_env.scene import survey
 from dirt_env.scene.ground import Flat
 from dirt_env.scene.sampling import LEVELS
 from dirt_env.scene.survey import HeightFile
-from dirt_env.sim.params import Blade, Machine, Soil
+from dirt_env.sim.params import Blade, Machine
 
 PACKAGE = Path(__file__).resolve().parents[1]
 TOP_LEVEL = (*SCENE, "level")
@@ -52,7 +52,10 @@ def scene_folder() -> Path:
 
 
 def merge(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """`above` laid over `below`: tables key by key, unless their `kind` differs; None takes a key out."""
+    """`above` laid over `below`: tables key by key, unless their `kind` differs or there is another `preset`.
+
+    None takes a key out.
+    """
     result = dict(below)
     for key, value in above.items():
         old = result.get(key)
@@ -63,6 +66,7 @@ def merge(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
         elif (
             isinstance(value, Mapping)
             and isinstance(old, Mapping)
+            and not (key == "soil" and value.get("preset"))
             and value.get("kind", old.get("kind")) == old.get("kind")
         ):
             result[key] = merge(old, value)
@@ -132,9 +136,10 @@ def _build(name: str, folder: Path, written: dict[str, Any]) -> SceneConfig:
         "site": Site(),
         "ground": Flat(),
         "terrain": HeightField(),
-        "soil": Soil(),
+        **read.pop("earth", SOIL.make())._asdict(),
         "blade": Blade(),
         "machine": Machine(),
+        "traction": None,
         "pose": pose or "behind",
         "starts": (),
         "goals": (),

@@ -4,16 +4,18 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-from dirt_env.config.tables import POSE, SCENE, Observation, Reward, Site, Task
+from dirt_env.config.tables import POSE, SCENE, Earth, Observation, Reward, Site, Task
 from dirt_env.config.terrain import Terrain
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Ground, Start
 from dirt_env.scene.layout import Setting
 from dirt_env.scene.obstacles import Obstacle
 from dirt_env.scene.sampling import Sampler
-from dirt_env.sim.params import Blade, Grid, Machine, Soil
+from dirt_env.sim.params import Blade, Grid, Machine, Soil, Strength, Traction
+from dirt_env.sim.traction import Pull, pull_of
 
-FIELDS = {"start": "starts", "goal": "goals", "obstacle": "obstacles"}  # attribute of a key, where it differs
+# Attribute of a key, where it differs.
+FIELDS = {"soil": "earth", "start": "starts", "goal": "goals", "obstacle": "obstacles"}
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,10 @@ class SceneConfig:
     ground: Ground
     terrain: Terrain
     soil: Soil
+    strength: Strength
     blade: Blade
     machine: Machine
+    traction: Traction | None  # None: the machine does what it is told, whatever that takes
     pose: tuple[float, float, float] | str  # x m, y m, heading degrees; or "behind" or "random"
     starts: tuple[Start, ...]
     goals: tuple[Goal, ...]
@@ -44,6 +48,18 @@ class SceneConfig:
         return Grid(
             round(self.site.size[1] / self.site.cell), round(self.site.size[0] / self.site.cell), self.site.cell
         )
+
+    @property
+    def earth(self) -> Earth:
+        """What the table `soil` says."""
+        return Earth(self.soil, self.strength)
+
+    @property
+    def pull(self) -> Pull | None:
+        """Constants of draft and traction for the kernels, or None where they are not computed."""
+        if self.traction is None:
+            return None
+        return pull_of(self.soil, self.strength, self.blade, self.machine, self.traction)
 
     @property
     def steps(self) -> int:

@@ -3,9 +3,12 @@
 docs/scenes.md is the same for people.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import atan, degrees, radians, tan
+from typing import Any, NamedTuple
 
+from dirt_env.config.presets import PRESETS
 from dirt_env.config.rules import (
     Choice,
     Either,
@@ -22,6 +25,7 @@ from dirt_env.config.rules import (
     Table,
     Text,
     Vector,
+    join,
 )
 from dirt_env.config.terrain import HeightField, VoxelGrid
 from dirt_env.scene.design import Design
@@ -31,7 +35,7 @@ from dirt_env.scene.obstacles import Block, Post, Wall
 from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
-from dirt_env.sim.params import Blade, Machine, Soil
+from dirt_env.sim.params import Blade, Machine, Soil, Strength, Traction
 from dirt_env.sim.voxel_state import FOOTINGS, LARGEST_LIFE
 from dirt_env.task.patch import CHANNELS
 
@@ -55,11 +59,22 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Noise:
+    """Standard deviations of what the machine measures anew in every step: the `height` of each cell [m], its own
+    `position` in x and in y [m], and its `heading` [degrees].
+    """
+
+    height: float = 0.0
+    position: float = 0.0
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
 class Observation:
     """What the machine sees: patches of `size` x `size` pixels of `resolution` m, the share `ahead` of it in front.
 
     `channels` of them (None: what the scene can have); heights in them end at `height_limit` m either way; `overview`
-    and `map` add pictures of the whole site.
+    and `map` add pictures of the whole site; `noise` blurs it all (None: it does not).
     """
 
     size: int = 32
@@ -69,6 +84,7 @@ class Observation:
     height_limit: float = 4.0
     overview: bool = False
     map: bool = False
+    noise: Noise | None = None
 
 
 @dataclass(frozen=True)
@@ -104,9 +120,49 @@ class Repose(Number):
         return round(degrees(atan(value)), 12)
 
 
-def _soil(slope: float = Soil().slope, friction: float | None = None, **rest: float) -> Soil:
-    """Soil whose friction on itself is that of its repose, if nothing else is said."""
-    return Soil(slope=slope, friction=slope if friction is None else friction, **rest)
+class Angle(Number):
+    """An angle in degrees, kept in radians; 12 decimals count, so that it survives being written back."""
+
+    def read(self, value, key, folder) -> float:
+        return radians(round(super().read(value, key, folder), 12))
+
+    def write(self, value) -> float:
+        return round(degrees(value), 12)
+
+
+def _rounded(angle: float) -> float:
+    """The angle [rad] that comes back when it is written in degrees."""
+    return radians(round(degrees(angle), 12))
+
+
+class Earth(NamedTuple):
+    """All that the table `soil` says: the loose soil, and what it stands before it gives way."""
+
+    soil: Soil
+    strength: Strength
+
+
+def _earth(slope: float = Soil().slope, friction: float | None = None, **rest: float) -> Earth:
+    """Soil whose friction on itself and inside is that of its repose, if nothing else is said; on steel 2/3 of it."""
+    of_soil = {name: rest.pop(name) for name in Soil._fields if name in rest}
+    internal = rest.pop("internal_friction", _rounded(atan(slope)))
+    external = rest.pop("external_friction", _rounded(internal * 2 / 3))
+    soil = Soil(slope=slope, friction=slope if friction is None else friction, **of_soil)
+    return Earth(soil, Strength(internal_friction=internal, external_friction=external, **rest))
+
+
+class SoilTable(Table):
+    """The table `soil`; its `preset` gives the keys that are not there themselves."""
+
+    def read(self, value, key, folder) -> Earth:
+        if not isinstance(value, Mapping) or "preset" not in value:
+            return super().read(value, key, folder)
+        preset = self.rules["preset"].read(value["preset"], join(key, "preset"), folder)
+        return super().read({**PRESETS[preset], **{k: v for k, v in value.items() if k != "preset"}}, key, folder)
+
+    def write(self, value) -> dict[str, Any]:
+        numbers = {**value.soil._asdict(), **value.strength._asdict()}
+        return {name: rule.write(numbers[self.field(name)]) for name, rule in self.rules.items() if name != "preset"}
 
 
 def _sampler(level: int = 1, **numbers) -> Sampler:
@@ -159,13 +215,19 @@ GROUND = Kinds(
 
 SITE = Table(Site, {"size": Vector(2, METRES), "cell": METRES, "border": Choice(("wall", "open"))})
 
-SOIL = Table(
-    _soil,
+SOIL = SoilTable(
+    _earth,
     {
+        "preset": Choice(tuple(PRESETS)),
         "repose": Repose(0, 90, "degrees", below=True),
         "density": Number(0, 1e9, "kg/m3", above=True),
         "friction": Number(0, 1e6),
         "tolerance": Number(0, 0.1, above=True),
+        "cohesion": Number(0, 1e9, "Pa"),
+        "internal_friction": Angle(0, 90, "degrees", below=True),
+        "adhesion": Number(0, 1e9, "Pa"),
+        "external_friction": Angle(0, 90, "degrees", below=True),
+        "shear_deformation": Number(0, 10, "m"),
     },
     fields={"repose": "slope"},
 )
@@ -182,6 +244,18 @@ MACHINE = Table(
         "cut": Number(0, 1e4, "m"),
         "lift": LENGTH,
         "edge_rate": Number(0, unit="m/s", above=True),
+    },
+)
+
+TRACTION = Table(
+    Traction,
+    {
+        "mass": Number(0, 1e9, "kg", above=True),
+        "power": Number(0, 1e12, "W", above=True),
+        "efficiency": SHARE,
+        "track_width": LENGTH,
+        "rolling_resistance": Number(0, 1),
+        "rake": Angle(10, 120, "degrees"),
     },
 )
 
@@ -246,6 +320,10 @@ LAYOUT = Table(
 
 TASK = Table(Task, {"period": Number(0, 10, "s", above=True), "time": TIME, "success": SHARE})
 
+NOISE = Table(
+    Noise, {"height": Number(0, 100, "m"), "position": Number(0, 1e4, "m"), "heading": Number(0, 180, "degrees")}
+)
+
 OBSERVATION = Table(
     Observation,
     {
@@ -256,6 +334,7 @@ OBSERVATION = Table(
         "height_limit": LENGTH,
         "overview": Flag(),
         "map": Flag(),
+        "noise": NOISE,
     },
 )
 
@@ -295,6 +374,7 @@ SCENE: dict[str, Rule] = {
     "soil": SOIL,
     "blade": BLADE,
     "machine": MACHINE,
+    "traction": TRACTION,
     "start": Many(START),
     "goal": Many(GOAL),
     "design": DESIGN,

@@ -12,6 +12,7 @@ from dirt_env.sim.slump import at_rest, limits, relax, settle_window
 from dirt_env.sim.state import TALLY, World
 from dirt_env.sim.super_steps import is_settled, settle_long
 from dirt_env.sim.timestep import substeps
+from dirt_env.sim.traction import Pull, effort
 from dirt_env.sim.window import on_map, widen, within
 
 METHODS = ("auto", "explicit", "super", "projection")
@@ -87,7 +88,7 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
 @kernel
 def step(
     height, solid, outside, pose, tally, buffers, links, levels, changed, pending, quantum,
-    grid, soil, blade, machine, command, dt,
+    grid, soil, blade, machine, command, dt, pull=None,
 ):  # fmt: skip
     """One control step in place; see `advance`."""
     rows, cols = height.shape
@@ -95,11 +96,17 @@ def step(
     pieces = substeps(command.speed, command.yaw_rate, dt, cell, blade)
     period = dt / pieces
     totals = np.zeros(4)
-    distance = turned = held = work = 0.0
+    distance = turned = held = work = energy = draft = slip = 0.0
     measured = False
     old = blade_line(pose, blade)
     for _ in range(pieces):
         forward, turn = command.speed * period, command.yaw_rate * period
+        if pull is not None:
+            share, force, power, slipped = effort(height, solid, pose, cell, soil, blade, pull, command.speed)
+            forward, turn = share * forward, share * turn
+            energy += power * period
+            draft += force / pieces
+            slip += slipped / pieces
         went, swung = drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn)
         held += 0.0 if went == forward and swung == turn else 1.0 / pieces
         distance += went
@@ -112,9 +119,13 @@ def step(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
         )
         weigh = touches and went != 0.0
-        if weigh:
+        if pull is not None:
+            work += force * abs(went)
+        elif weigh:
             work += work_of_way(height, solid, pose, cell, soil, blade, went)
-        measured = weigh and went > 0.0
+            measured = went > 0.0
+        else:
+            measured = False
         old = new
     if not measured:
         measure_load(height, solid, pose, cell, soil, blade)
@@ -122,14 +133,30 @@ def step(
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
     tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2
     tally.sweeps = int(totals[3])
+    if pull is not None:
+        tally.energy, tally.draft, tally.slip = energy, draft, slip
+    else:
+        tally.energy = work
 
 
 @entry
-def advance(world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, command: Command, dt: float) -> None:
-    """Advance a world by one control step of `dt` seconds, in place; `world.tally` then holds what it did."""
+def advance(
+    world: World,
+    grid: Grid,
+    soil: Soil,
+    blade: Blade,
+    machine: Machine,
+    command: Command,
+    dt: float,
+    pull: Pull | None = None,
+) -> None:
+    """Advance a world by one control step of `dt` seconds, in place; `world.tally` then holds what it did.
+
+    With `pull`, draft and traction decide how fast the machine goes; without, it does what the command says.
+    """
     step(
         world.height, world.solid, world.outside, world.machine[0], world.tally[0], world.buffers, world.links,
-        world.link_levels, world.changed, world.pending, world.quantum, grid, soil, blade, machine, command, dt,
+        world.link_levels, world.changed, world.pending, world.quantum, grid, soil, blade, machine, command, dt, pull,
     )  # fmt: skip
 
 

@@ -54,6 +54,36 @@ class Machine(NamedTuple):
     edge_rate: float = 0.5
 
 
+class Strength(NamedTuple):
+    """What the soil stands before it gives way; for machines whose traction is computed.
+
+    `cohesion` and `adhesion` to the blade [Pa], angles of `internal_friction` and of `external_friction` on the blade
+    [rad]; `shear_deformation` [m] is Janosi and Hanamoto's modulus K, over which the tracks mobilise the strength.
+    """
+
+    cohesion: float = 0.0
+    internal_friction: float = radians(35.0)
+    adhesion: float = 0.0
+    external_friction: float = radians(35.0) * 2 / 3
+    shear_deformation: float = 0.025
+
+
+class Traction(NamedTuple):
+    """What a machine has to push with: `mass` [kg], engine `power` [W] of which the share `efficiency` reaches the
+    tracks, `track_width` [m] of each of two tracks, `rolling_resistance` as share of the weight; and the blade's
+    `rake` [rad], from the ground ahead up to its face, 90 degrees being upright.
+
+    The defaults are typical of a small crawler dozer of the 9 t, 75 kW class.
+    """
+
+    mass: float = 9000.0
+    power: float = 75e3
+    efficiency: float = 0.75
+    track_width: float = 0.45
+    rolling_resistance: float = 0.06
+    rake: float = radians(60.0)
+
+
 class Command(NamedTuple):
     """What the machine is told for one control step: speed [m/s], yaw rate [rad/s], edge height over the tracks [m]."""
 

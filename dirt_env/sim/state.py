@@ -18,11 +18,13 @@ POSE = np.dtype(
 )
 
 # What one control step did: distance driven [m], work on the soil [J], soil moved by the blade, lost over an open
-# border, left behind for want of room [m3], share of the step in which something solid held the machine, sweeps.
+# border, left behind for want of room [m3], share of the step in which something solid held the machine; what it took
+# in all [J]; mean force on the blade [N] and slip of the tracks where traction is computed, else 0; sweeps.
 TALLY = np.dtype(
     (
         np.record,
-        [(name, "f8") for name in ("distance", "work", "cut", "lost", "stuck", "blocked")] + [("sweeps", "i8")],
+        [(name, "f8") for name in ("distance", "work", "cut", "lost", "stuck", "blocked", "energy", "draft", "slip")]
+        + [("sweeps", "i8")],
     )
 )
 

@@ -219,6 +219,6 @@ def advance_voxels(
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     lost = before - soil_in(world) if world.outside is not None else 0.0
     area = grid.cell**2
-    tally.distance, tally.work, tally.blocked = abs(distance), work, held
+    tally.distance, tally.work, tally.energy, tally.blocked = abs(distance), work, work, held
     tally.cut, tally.lost, tally.stuck = totals[0] * area, lost * area * world.dy, totals[2] * area
     tally.sweeps = int(totals[3])

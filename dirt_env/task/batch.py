@@ -12,19 +12,23 @@ import numpy as np
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.params import Blade, Grid, Machine, Soil
 from dirt_env.sim.state import POSE, TALLY
+from dirt_env.sim.traction import Pull
 from dirt_env.task.goal import Remaining, Sums, make_sums
 from dirt_env.task.job import Job
-from dirt_env.task.observation import POSE_ENTRIES, Sight, View
+from dirt_env.task.observation import POSE_ENTRIES, Noise, Sight, View
 from dirt_env.task.reward import TERMS, Scale
 
 
 class Totals(NamedTuple):
-    """What has been done since the start: control steps, work [J], distance [m], soil lost over the border [m3]."""
+    """What has been done since the start: control steps, work on the soil [J], distance [m], soil lost over the border
+    [m3], what driving and pushing took in all [J].
+    """
 
     steps: int = 0
     work: float = 0.0
     distance: float = 0.0
     lost: float = 0.0
+    energy: float = 0.0
 
 
 def record_of(kind: type) -> np.dtype:
@@ -34,6 +38,7 @@ def record_of(kind: type) -> np.dtype:
     return np.dtype((np.record, fields))
 
 
+PULL = record_of(Pull)
 JOB_NUMBERS = tuple(name for name, kind in Job.__annotations__.items() if kind is float)
 COLUMNS = ("offset", "scale", "low", "high")  # of the pose table, the arrays of a View
 
@@ -59,7 +64,8 @@ class Batch(NamedTuple):
     """Worlds [n], jobs and scenes; see `sim.state.World` and `Job` for the arrays, which have one index more here.
 
     The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use.
-    `sums` is that of the gauge; `channels` i8[c], the patch's, are those of all worlds.
+    `sums` is that of the gauge; `channels` i8[c], the patch's, are those of all worlds. `pulls` PULL[n], or None where
+    traction is not computed.
     """
 
     height: np.ndarray
@@ -74,6 +80,7 @@ class Batch(NamedTuple):
     job: Job
     scenes: np.ndarray
     channels: np.ndarray
+    pulls: np.ndarray | None
 
 
 class Scratch(NamedTuple):
@@ -84,7 +91,15 @@ class Scratch(NamedTuple):
     link_levels: np.ndarray
 
 
-def make_batch(count: int, rows: int, cols: int, walls: bool, open_border: bool, channels: Sequence[int]) -> Batch:
+def make_batch(
+    count: int,
+    rows: int,
+    cols: int,
+    walls: bool,
+    open_border: bool,
+    channels: Sequence[int],
+    traction: bool = False,
+) -> Batch:
     """Arrays for `count` worlds, all zero; what such worlds do not have is None."""
     shape = count, rows, cols
     grounds = [np.zeros(shape, np.float32) for _ in range(4)]
@@ -110,6 +125,7 @@ def make_batch(count: int, rows: int, cols: int, walls: bool, open_border: bool,
         job=job,
         scenes=np.zeros(count, SCENE),
         channels=np.array(channels),
+        pulls=np.zeros(count, PULL) if traction else None,
     )
 
 
@@ -150,6 +166,18 @@ def machine_of(scene):
 
 
 @kernel
+def pull_at(pulls, w):
+    """Pull of world w, or None where there are none."""
+    if pulls is None:
+        return None
+    p = pulls[w]
+    return Pull(
+        p.cut, p.hold, p.press, p.slide, p.top, p.slope, p.width,
+        p.weight, p.grip, p.tangent, p.full, p.ratio, p.rolling, p.power,
+    )  # fmt: skip
+
+
+@kernel
 def view_of(batch, scene):
     """View of a SCENE record."""
     eye, columns = scene.eye, scene.columns
@@ -186,6 +214,14 @@ def sums_of(batch, w):
 
 
 @kernel
+def noise_at(noise, w):
+    """The Noise with index w, or None where there is none."""
+    if noise is None:
+        return None
+    return Noise(noise.height[w], noise.pose[w], noise.ground[w], noise.machine[w : w + 1])
+
+
+@kernel
 def sight_of(sight, w):
     """The Sight with index w of one with stacked arrays."""
-    return Sight(sight.patch[w], sight.pose[w], at(sight.overview, w), at(sight.map, w))
+    return Sight(sight.patch[w], sight.pose[w], at(sight.overview, w), at(sight.map, w), noise_at(sight.noise, w))

@@ -62,13 +62,30 @@ class View(NamedTuple):
     high: np.ndarray
 
 
+class Noise(NamedTuple):
+    """Errors of what a machine measures, and work space for what it takes for true.
+
+    `height` f4[rows, cols] m, added to the ground; `pose` f8[3], to its x, y [m] and heading [rad]. `ground` is as
+    `height`, `machine` POSE[1].
+    """
+
+    height: np.ndarray
+    pose: np.ndarray
+    ground: np.ndarray
+    machine: np.ndarray
+
+
 class Sight(NamedTuple):
-    """The arrays of one observation, f4; what was not asked for is None. Shapes in `shapes`."""
+    """The arrays of one observation, f4; what was not asked for is None. Shapes in `bounds`.
+
+    `noise` is what its machine gets wrong, None for a machine that knows everything as it is.
+    """
 
     patch: np.ndarray
     pose: np.ndarray
     overview: np.ndarray | None
     map: np.ndarray | None
+    noise: Noise | None = None
 
 
 def pose_table(grid: Grid, blade: Blade, machine: Machine) -> tuple[PoseEntry, ...]:
@@ -154,11 +171,36 @@ def _stack(channels: list[tuple[float, float]], shape: tuple[int, int]) -> tuple
 @entry(forceinline=True)
 def observe(height, job: Job, machine, cell, view: View, remaining, time_left, sight: Sight):
     """Fill the arrays of `sight` from height[rows, cols] and the machine's record; shares `remaining`, `time_left`."""
-    pose = machine[0]
-    fill_patch(height, job, pose, cell, view, sight.patch)
+    ground, pose = measured_ground(height, sight.noise), measured_machine(machine, height, cell, sight.noise)[0]
+    fill_patch(ground, job, pose, cell, view, sight.patch)
     _fill_pose(job, pose, view, remaining, time_left, sight.pose)
-    fill_overview(height, job, pose, cell, view, sight.overview)
-    fill_map(height, job, sight.map)
+    fill_overview(ground, job, pose, cell, view, sight.overview)
+    fill_map(ground, job, sight.map)
+
+
+@kernel
+def measured_ground(height, noise):
+    """The ground as the machine measures it; without noise the very same array."""
+    if noise is None:
+        return height
+    for r in range(height.shape[0]):
+        for c in range(height.shape[1]):
+            noise.ground[r, c] = height[r, c] + noise.height[r, c]
+    return noise.ground
+
+
+@kernel
+def measured_machine(machine, height, cell, noise):
+    """The machine's record as it measures itself, never outside the site; without noise the very same."""
+    if noise is None:
+        return machine
+    noise.machine[0] = machine[0]
+    rows, cols = height.shape
+    pose = noise.machine[0]
+    pose.x = min(max(pose.x + noise.pose[0], 0.0), cols * cell)
+    pose.y = min(max(pose.y + noise.pose[1], 0.0), rows * cell)
+    pose.heading += noise.pose[2]
+    return noise.machine
 
 
 @kernel(forceinline=True)

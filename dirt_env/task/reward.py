@@ -32,15 +32,15 @@ def scale_of(start: Remaining, soil: Soil, volume: float, period: float, time: f
 
 @kernel
 def reward_terms(
-    before: float, after: float, work: float, lost: float, finished: bool, scale: Scale
+    before: float, after: float, energy: float, lost: float, finished: bool, scale: Scale
 ) -> tuple[float, float, float, float, float]:
-    """The TERMS of one step that took the potential [m4] from `before` to `after`, did `work` [J] and lost `lost` [m3].
+    """The TERMS of one step from the potential `before` to `after` [m4] that took `energy` [J] and lost `lost` [m3].
 
     The first is a difference of potentials: over any loop it adds up to nothing, over a whole job to 1.
     """
     return (
         (before - after) / scale.potential,
-        -work / scale.energy,
+        -energy / scale.energy,
         -1.0 / scale.steps,
         -lost / scale.soil,
         1.0 if finished else 0.0,

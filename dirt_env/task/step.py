@@ -13,6 +13,7 @@ from dirt_env.task.batch import (
     grid_of,
     job_of,
     machine_of,
+    pull_at,
     sight_of,
     soil_of,
     sums_of,
@@ -35,6 +36,8 @@ INFO = (
     "load_m3",
     "draft_kn",
     "blocked",
+    "energy_kj",
+    "slip",
     "is_success",
 )
 """The numbers of `info`, see `DirtPushEnv`; the last is 0 or 1."""
@@ -71,7 +74,7 @@ def step_worlds(
                 batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
                 scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
                 batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
-                scene.period,
+                scene.period, pull_at(batch.pulls, w),
             )  # fmt: skip
             _book(batch, w, figures, w - base)
             _show(batch, w, sight, figures, w - base)
@@ -135,12 +138,13 @@ def _book(batch, w, figures, column):
     totals, scale = episode.totals, episode.scale
     totals.steps += 1
     totals.work += tally.work
+    totals.energy += tally.energy
     totals.distance += tally.distance
     totals.lost += tally.lost
     terms = reward_terms(
         before,
         batch.sums.result[w, 0],
-        tally.work,
+        tally.energy,
         tally.lost,
         episode.finished == 1 and was_finished == 0,
         Scale(scale.potential, scale.energy, scale.steps, scale.soil),
@@ -150,6 +154,14 @@ def _book(batch, w, figures, column):
         figures[FIRST_TERM + k, column] = terms[k]
         reward += scene.weights[k] * terms[k]
     figures[REWARD, column] = reward
+
+
+@kernel
+def _draft(pulls, tally):
+    """Mean force on the blade over a step [kN]; without traction, over its way."""
+    if pulls is not None:
+        return 1e-3 * tally.draft
+    return 1e-3 * tally.work / tally.distance if tally.distance > 0.0 else 0.0
 
 
 @kernel
@@ -169,8 +181,10 @@ def _show(batch, w, sight, figures, column):
         totals.distance,
         time,
         batch.machine[w].load,
-        1e-3 * tally.work / tally.distance if tally.distance > 0.0 else 0.0,
+        _draft(batch.pulls, tally),
         tally.blocked,
+        1e-3 * totals.energy,
+        tally.slip,
         float(episode.finished),
     )
     for k in range(len(values)):

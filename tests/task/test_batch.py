@@ -6,7 +6,19 @@ import pytest
 from dirt_env.sim.jit import entry
 from dirt_env.sim.params import Blade, Machine, Soil
 from dirt_env.sim.state import WORK_SPACE
-from dirt_env.task.batch import SCENE, Scratch, blade_of, job_of, machine_of, make_batch, soil_of, view_of
+from dirt_env.sim.traction import Pull
+from dirt_env.task.batch import (
+    PULL,
+    SCENE,
+    Scratch,
+    blade_of,
+    job_of,
+    machine_of,
+    make_batch,
+    pull_at,
+    soil_of,
+    view_of,
+)
 from dirt_env.task.job import Job
 from dirt_env.task.observation import View
 
@@ -15,6 +27,12 @@ from dirt_env.task.observation import View
 def constants_of(scenes):
     """What a kernel reads from a SCENE record."""
     return soil_of(scenes[0]), blade_of(scenes[0]), machine_of(scenes[0])
+
+
+@entry
+def pull_from(pulls):
+    """What a kernel reads from a PULL record."""
+    return pull_at(pulls, 1)
 
 
 @entry
@@ -46,6 +64,13 @@ def test_every_constant_of_a_scene_reaches_the_kernels():
     for name, values in zip(("soil", "blade", "machine"), constants, strict=True):
         scenes[name] = tuple(values)
     assert constants_of(scenes) == constants
+
+
+def test_every_constant_of_traction_reaches_the_kernels_and_none_is_none():
+    pulls, values = np.zeros(2, PULL), distinct(Pull)
+    pulls[1] = tuple(values)
+    assert pull_from(pulls) == values
+    assert pull_from(None) is None
 
 
 def test_every_constant_of_the_view_reaches_the_kernels():

@@ -165,5 +165,5 @@ def _work(env: DirtPushEnv, summary: Mapping[str, float]) -> dict[str, float | N
         "volume_distance_m4_per_min": (episode.start.potential - episode.remaining.potential) / minutes,
         "m3_per_h": summary["m3_per_h"],
         "spilled_m3": summary["spilled_m3"],
-        "energy_kj_per_m3": summary["work_kj"] / moved if moved >= HARDLY else None,
+        "energy_kj_per_m3": summary["energy_kj"] / moved if moved >= HARDLY else None,
     }

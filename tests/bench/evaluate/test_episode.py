@@ -45,7 +45,7 @@ def test_a_pushed_heap_has_the_figures_of_the_same_episode_played_alone(pushed):
     assert metrics["time_to_90_s"] == 0.5 * np.argmax(curve >= 0.9) < metrics["time_s"] == summary["time_s"]
     fall = (potentials[0] - potentials[-1]) / (summary["time_s"] / 60)
     assert metrics["volume_distance_m4_per_min"] == pytest.approx(fall, rel=1e-12)
-    assert metrics["energy_kj_per_m3"] == summary["work_kj"] / summary["volume_moved_m3"]
+    assert metrics["energy_kj_per_m3"] == summary["energy_kj"] / summary["volume_moved_m3"]
     assert pushed["curve"] == curve[::8].tolist()
 
 
