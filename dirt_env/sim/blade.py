@@ -8,6 +8,7 @@ from dirt_env.sim.laws import quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
+EVERYWHERE = 2**40  # more columns than any map has
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
 
 
@@ -85,6 +86,20 @@ def cells_between(old, new, cell):
 
 
 @kernel
+def columns_between(old, new, cell, r):
+    """(first, end) of the columns of row r whose cell centres may lie between the blade's two lines, both endless.
+
+    Lines along the row, or nearly so, have all columns.
+    """
+    if min(old.ahead_x * new.ahead_x, abs(old.ahead_x), abs(new.ahead_x)) < 0.01:
+        return -EVERYWHERE, EVERYWHERE
+    y = (r + 0.5) * cell
+    old_x = (old.x - (y - old.y) * old.ahead_y / old.ahead_x) / cell - 0.5
+    new_x = (new.x - (y - new.y) * new.ahead_y / new.ahead_x) / cell - 0.5
+    return int(floor(min(old_x, new_x))), int(floor(max(old_x, new_x))) + 2
+
+
+@kernel
 def blocked_links(line, cell, window, stride, start, stop, buffers, links, levels):
     """Close the packed window's links that cross the blade; lists each with the edge and top there. Returns how many.
 
@@ -97,7 +112,9 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
     far = cell * (abs(line.ahead_x) + abs(line.ahead_y))
     count = 0
     for r in range(max(r0, b0), min(r1, b1)):
-        for c in range(max(c0, b2), min(c1, b3)):
+        first, end = columns_between(line, line, cell, r)
+        first_above, end_above = columns_between(line, line, cell, r + 1)
+        for c in range(max(c0, b2, min(first, first_above)), min(c1, b3, max(end, end_above))):
             p = (r - r0 + 1) * stride + c - c0
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
             if abs(ahead) > far:
@@ -200,7 +217,8 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
     real = height.dtype.type
     r0, r1, c0, c1 = cells_between(old, new, cell)
     for r in range(max(r0, 0), min(r1, rows)):
-        for c in range(max(c0, 0), min(c1, cols)):
+        first, end = columns_between(old, new, cell, r)
+        for c in range(max(c0, first, 0), min(c1, end, cols)):
             x, y = (c + 0.5) * cell, (r + 0.5) * cell
             ahead_0, left_0 = blade_frame(old, x, y)
             ahead_1, left_1 = blade_frame(new, x, y)
@@ -252,10 +270,12 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
     x, y = line.x + 0.5 * side * far * line.ahead_x, line.y + 0.5 * side * far * line.ahead_y
     span_x = abs(line.ahead_y) * line.half + 0.5 * far * abs(line.ahead_x)
     span_y = abs(line.ahead_x) * line.half + 0.5 * far * abs(line.ahead_y)
+    r0, r1 = max(int(floor((y - span_y) / cell)), 0), min(int(floor((y + span_y) / cell)) + 1, rows)
+    c0, c1 = max(int(floor((x - span_x) / cell)), 0), min(int(floor((x + span_x) / cell)) + 1, cols)
     total = 0.0
     touching = False
-    for r in range(max(int((y - span_y) // cell), 0), min(int((y + span_y) // cell) + 1, rows)):
-        for c in range(max(int((x - span_x) // cell), 0), min(int((x + span_x) // cell) + 1, cols)):
+    for r in range(r0, r1):
+        for c in range(c0, c1):
             stands = float(height[r, c]) - base
             if stands <= 0:
                 continue

@@ -13,10 +13,10 @@ STATIONS = 5  # samples of the ground along the tracks; three across
 @kernel
 def wrap(angle):
     """The angle in [-pi, pi)."""
-    return (angle + pi) % (2 * pi) - pi
+    return angle if -pi <= angle < pi else (angle + pi) % (2 * pi) - pi
 
 
-@kernel
+@kernel(forceinline=True)
 def ground_between(height, column, row, ahead_x, ahead_y, limit):
     """Ground height [m] at a point `column`, `row` cells from the centre of cell (0, 0); the rest is as in `ground_at`,
     in cells.
