@@ -257,7 +257,7 @@ def test_a_goal_too_small_warns_with_both_volumes():
             r"points is \[\[1, 1\]\]; allowed: at least three",
         ),
         ({"level": 2}, r"level is 2, but the scene has its own start and goal; allowed: levels 0 to 5 for scenes"),
-        ({"layout": {}}, r"layout is random and start, goal, design or obstacle are given"),
+        ({"layout": {}}, r"layout is random and start, goal, design, obstacle, hollow or vary are given"),
     ],
 )
 def test_bad_input_names_the_key_the_value_and_what_is_allowed(tables, said):
