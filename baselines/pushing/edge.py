@@ -60,6 +60,16 @@ def edge_for(site: Site, numbers: Pushing, way: float, rise: float, before: np.n
     return float(asked[best]), float(np.abs(wanted - held - edge).max())
 
 
+def held_at(site: Site, numbers: Pushing) -> float:
+    """Height over the tracks [m] at which the edge lies on the target where it is now: for dragging it backwards."""
+    strip = strip_ahead(site, site.grid.cell)
+    if not len(strip.rows):
+        return site.pose["edge"]
+    now = _fit(site, site.height, np.zeros(1))[0]
+    wanted = float(site.target[strip.rows, strip.cols].mean()) + numbers.grade
+    return wanted - float(now[0] + now[1] * site.blade.reach)
+
+
 def _levels(site: Site, numbers: Pushing, strip: Strip, way: float, rise: float, before: np.ndarray) -> np.ndarray:
     """Height of the edge over the datum that is wanted at each look [LOOKS] m: between the targets' mean and lowest."""
     target = site.target[strip.rows, strip.cols]
