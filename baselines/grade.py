@@ -48,7 +48,7 @@ class Grade(AdaptivePush):
         """Back along the lane, the blade dragged at the height of the design, then lifted."""
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
         action = super()._retreat()
-        if action is None or gone >= self.parameters.back_drag or self.push is None:
+        if action is None or gone >= self.parameters.back_drag or self._peak > self.parameters.light * self.site.rated:
             return action
         return action[0], action[1], held_at(self.site, self.parameters)
 
