@@ -115,6 +115,15 @@ class GradeParameters(Pushing):
     least_gain: float = _number(0.0, 0.0, 5.0)
 
 
+@dataclass(frozen=True)
+class SlotParameters(Parameters):
+    """Those of slot dozing: how lanes lie, and what a pass in one takes."""
+
+    spacing: float = _number(1.1, 0.5, 2.0)  # of the blade's width; from one lane to the next
+    loads: float = _number(1.3, 0.3, 6.0)  # that a pass takes up on its way; the rest of the lane waits
+    least_load: float = _number(0.25, 0.02, 2.0)  # a lane with less in it is empty
+
+
 def range_of(entry: Field) -> tuple[float, float]:
     """Least and largest value of a parameter."""
     return entry.metadata["range"]
