@@ -18,9 +18,7 @@ class SlotDozing(AdaptivePush):
     does it, once the lanes are empty.
     """
 
-    def __init__(
-        self, config: SceneConfig, parameters: SlotParameters | None = None, site: Site | None = None
-    ) -> None:
+    def __init__(self, config: SceneConfig, parameters: SlotParameters | None = None, site: Site | None = None) -> None:
         """For a scene; raises ValueError for one without a goal."""
         if config.layout is None and not config.goals:
             raise ValueError(f"the scene {config.name} has no goal; allowed for slot: scenes with a goal region")
