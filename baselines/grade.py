@@ -4,7 +4,7 @@ from math import cos, hypot, sin
 
 from dirt_env.config import SceneConfig
 
-from .adaptive_push import AdaptivePush, State
+from .adaptive_push import AdaptivePush
 from .pushing.choose import Push
 from .pushing.edge import held_at
 from .pushing.parameters import GradeParameters

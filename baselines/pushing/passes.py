@@ -37,9 +37,7 @@ class Lanes(NamedTuple):
 
 def choose_passes(site: Site, numbers: GradeParameters, failed: list[Point], most: int = 1) -> list[Push]:
     """The passes with the largest gain per second, best first; none where nothing is worth one."""
-    found = [
-        _best_of(site, numbers, lanes) for lanes in map(lambda k: _lanes(site, 2 * pi * k / HEADINGS), range(HEADINGS))
-    ]
+    found = [_best_of(site, numbers, _lanes(site, 2 * pi * k / HEADINGS)) for k in range(HEADINGS)]
     begin, end, gain = (np.concatenate([part[i] for part in found]) for i in range(3))
     way = end - begin
     length = np.maximum(np.hypot(*way.T), 1e-9)

@@ -29,8 +29,8 @@ class Site:
         self._table = pose_table(self.grid, self.blade, self.machine)
         axes = centres(self.grid)
         self.x, self.y = (np.broadcast_to(axis, (self.grid.rows, self.grid.cols)) for axis in axes)
-        # Where a scene varies nobody knows where its design lies: then only a hole as deep as the blade is high could be
-        # taken for a goal, and not even that where no goal is written down.
+        # Where a scene varies its design may lie elsewhere: then a hole just as deep as the blade is high may be taken
+        # for a goal, but not where the scene has none and soil is missing elsewhere.
         known = config.design is not None and config.vary is None
         self._design = rasterize(config.design.region, self.grid, "design.region") if known else None
         self._has_goals = bool(config.goals)
