@@ -19,8 +19,8 @@ from dirt_env.rollout import play
 from dirt_env.scene.raster import require
 
 LEVEL, LAYOUT = 1, 10_000
-WIDTH = 360  # px of each of the two pictures
-COLOURS = 64
+WIDTH = 280  # px of each of the two pictures
+COLOURS = 48
 BEHAVIOURS = {"slot": "slot", "bay": "slot"}  # where there is a goal and the adaptive push is not the one
 
 
