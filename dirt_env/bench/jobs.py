@@ -21,7 +21,7 @@ from dirt_env.scene.raster import require
 LEVEL, LAYOUT = 1, 10_000
 WIDTH = 280  # px of each of the two pictures
 COLOURS = 48
-BEHAVIOURS = {"slot": "slot", "bay": "slot"}  # where there is a goal and the adaptive push is not the one
+BEHAVIOURS = {"slot": "slot"}  # where there is a goal and it is not the adaptive push
 
 
 def behaviour(env: DirtPushEnv) -> str:
