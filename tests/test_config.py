@@ -403,7 +403,7 @@ def test_overrides_lie_over_the_level():
     config = load(LEVELLED, level=0, task={"time": 70.0}, soil={"density": 1000.0})
     assert config.task.time == 70.0
     assert config.soil.slope == pytest.approx(tan(radians(30.0)))
-    assert load("bay", level=2, goal=LEVELLED["goal"], obstacle=None, vary=None).goals != load("bay", level=2).goals
+    assert load("bay", level=2, goal=LEVELLED["goal"], obstacle=None).goals != load("bay", level=2).goals
 
 
 @pytest.mark.parametrize(

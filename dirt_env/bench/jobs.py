@@ -20,7 +20,7 @@ from dirt_env.scene.raster import require
 
 LEVEL, LAYOUT = 1, 10_000
 WIDTH = 280  # px of each of the two pictures
-COLOURS = 48
+COLOURS = 96
 BEHAVIOURS = {"slot": "slot"}  # where there is a goal and it is not the adaptive push
 
 

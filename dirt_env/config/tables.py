@@ -212,7 +212,7 @@ DESIGN = Table(
     Design,
     {
         "region": REGION,
-        "height": Either(Choice(("balance",)), HEIGHT, "a number of metres"),
+        "height": Either(Choice(("balance", "ground")), HEIGHT, "a number of metres"),
         "slope": Vector(2, Number()),
         "layer": METRES,
         "path": FilePath(),

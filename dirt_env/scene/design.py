@@ -15,9 +15,10 @@ from dirt_env.sim.params import Grid
 class Design:
     """The surface asked for inside `region`: a plane, or the heights of a file.
 
-    `height` m over the datum at the region's middle, or "balance": as much to cut as to fill. `slope`: rise per metre
-    to the east and to the north. `layer`: in the plane's place, so many metres over the ground, falling off at repose
-    towards the region's rim. `path`: a file of heights over the ground's zero, over the whole site, in its place.
+    `height` m over the datum at the region's middle, or "balance": as much to cut as to fill, or "ground": in the
+    plane's place the ground as it is without its hollows. `slope`: rise per metre to the east and to the north.
+    `layer`: in the plane's place, so many metres over the ground, falling off at repose towards the region's rim.
+    `path`: a file of heights over the ground's zero, over the whole site, in its place.
     `tolerance`: root mean square grade error under which the job is done, m.
     """
 
@@ -29,11 +30,12 @@ class Design:
     tolerance: float = 0.03
 
     def surface(
-        self, ground: np.ndarray, grid: Grid, slope: float, datum: float, solid
+        self, ground: np.ndarray, whole: np.ndarray, grid: Grid, slope: float, datum: float, solid
     ) -> tuple[np.ndarray, np.ndarray]:
         """The target [rows, cols] m, equal to `ground` outside, and the cells it is asked for in, bool [rows, cols].
 
-        `slope` is the soil's at repose (a tangent), `datum` the elevation of the ground's zero [m].
+        `whole` is the ground without its hollows, `slope` the soil's at repose (a tangent), `datum` the elevation of
+        the ground's zero [m].
         """
         mask = rasterize(self.region, grid, "design.region")
         if solid is not None:
@@ -44,6 +46,8 @@ class Design:
             surface = self._from_file(grid, datum)
         elif self.layer is not None:
             surface = ground + layer(mask, grid, self.layer, slope, solid)
+        elif self.height == "ground":
+            surface = whole
         else:
             surface = self._plane(ground, grid, mask)
         mask = mask & np.isfinite(surface)

@@ -107,11 +107,12 @@ def lay_out(plan: Plan, pose: tuple[float, float, float] | str, rng: np.random.G
     """One episode's layout; `pose` is x m, y m, heading in degrees, or "behind", or "random"."""
     setting, grid = plan.setting, plan.setting.grid
     ground, datum = make_ground(plan.ground, setting, rng)
+    whole = ground
     for depth, hole in plan.hollows:
         ground = ground - layer(hole, grid, float(rng.uniform(*depth)), setting.slope, plan.solid)
     height, target, design = ground.copy(), ground.copy(), None
     if plan.design:
-        target, design = plan.design.surface(ground, grid, setting.slope, datum, plan.solid)
+        target, design = plan.design.surface(ground, whole, grid, setting.slope, datum, plan.solid)
     for start, region, source in zip(plan.starts, plan.regions, plan.sources, strict=True):
         amount = float(rng.uniform(*start.amount))
         if start.volume:

@@ -248,3 +248,12 @@ def test_a_layer_as_design_lies_over_the_ground_with_its_rim_at_repose():
     np.testing.assert_allclose((thin.target - bare)[thin.design], 0.15)
     rim = SETTING.slope * GRID.cell
     np.testing.assert_allclose(np.unique(np.round((high.target - bare)[high.design], 9)), rim * np.arange(1, 5))
+
+
+def test_a_design_as_the_ground_was_asks_for_a_hollow_to_be_filled():
+    ground, design = Rough((0.4, 0.4), 5.0, seed=3), Design(PIT, height="ground")
+    starts = (Start(HEAP_ASIDE, volume=(4.0, 4.0)),)
+    made = fixed.plan(SETTING, ground, starts, (), design, (), hollows=(Hollow(PIT, (0.3, 0.3)),))
+    layout = fixed.lay_out(made, (3.0, 3.0, 0.0), np.random.default_rng(0))
+    np.testing.assert_array_equal(layout.target, ground.make(GRID, SETTING.slope, np.random.default_rng(3)))
+    assert (layout.target - layout.height)[layout.design] == pytest.approx(0.3)
