@@ -6,7 +6,7 @@ from dirt_env.config import SceneConfig
 
 from .adaptive_push import AdaptivePush
 from .pushing.choose import Push
-from .pushing.edge import held_at
+from .pushing.edge import edge_behind
 from .pushing.parameters import GradeParameters
 from .pushing.passes import choose_passes
 from .pushing.site import Site
@@ -45,12 +45,16 @@ class Grade(AdaptivePush):
         return len(self._way) == 1 and (aim[0] - x) * cos(heading) + (aim[1] - y) * sin(heading) <= 0.0
 
     def _retreat(self):
-        """Back along the lane, the blade dragged at the height of the design, then lifted."""
+        """After a finishing pass back along the lane, the blade dragged at the height of the design; else lifted."""
+        site, numbers = self.site, self.parameters
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
-        action = super()._retreat()
-        if action is None or gone >= self.parameters.back_drag or self._peak > self.parameters.light * self.site.rated:
-            return action
-        return action[0], action[1], held_at(self.site, self.parameters)
+        lane = hypot(self.push.aim[0] - self.push.first[0], self.push.aim[1] - self.push.first[1])
+        light = self._peak <= numbers.light * site.rated
+        if light and gone < min(lane, numbers.back_drag) and self._seconds < numbers.retreat_limit:
+            if not self._is_stuck():
+                way = numbers.grading_speed * site.machine.speed * site.period
+                return 0.0, -numbers.grading_speed, edge_behind(site, numbers, way)
+        return super()._retreat()
 
 
 def make(config: SceneConfig) -> Grade:

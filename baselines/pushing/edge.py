@@ -60,14 +60,14 @@ def edge_for(site: Site, numbers: Pushing, way: float, rise: float, before: np.n
     return float(asked[best]), float(np.abs(wanted - held - edge).max())
 
 
-def held_at(site: Site, numbers: Pushing) -> float:
-    """Height over the tracks [m] at which the edge lies on the target where it is now: for dragging it backwards."""
-    strip = strip_ahead(site, site.grid.cell)
-    if not len(strip.rows):
-        return site.pose["edge"]
-    now = _fit(site, site.height, np.zeros(1))[0]
-    wanted = float(site.target[strip.rows, strip.cols].mean()) + numbers.grade
-    return wanted - float(now[0] + now[1] * site.blade.reach)
+def edge_behind(site: Site, numbers: Pushing, way: float) -> float:
+    """Height over the tracks [m] at which the edge lies on the target after `way` m backwards."""
+    pose, blade = site.pose, site.blade
+    east, north = cos(pose["heading"]), sin(pose["heading"])
+    ahead, left = blade.reach - way, blade.width * np.linspace(-0.5, 0.5, STATIONS)
+    x, y = pose["x"] + ahead * east - left * north, pose["y"] + ahead * north + left * east
+    z, pitch, _ = _fit(site, site.height, np.array([-way]))[0]
+    return float(_bilinear(site, site.target, x, y).mean() + numbers.grade - z - pitch * blade.reach)
 
 
 def _levels(site: Site, numbers: Pushing, strip: Strip, way: float, rise: float, before: np.ndarray) -> np.ndarray:

@@ -105,8 +105,8 @@ class GradeParameters(Pushing):
 
     overhead: float = _number(4.0, 0.0, 30.0)  # s for lowering, lifting and backing off
     enough: float = _number(0.002, 0.0, 1.0)  # m4; a pass that takes less off the squared error is not begun
-    back_drag: float = _number(6.0, 0.0, 20.0)  # m; dragged back along the lane after a finishing pass
-    light: float = _number(0.5, 0.0, 5.0)  # a pass is a finishing one if its load was never more than this
+    back_drag: float = _number(3.0, 0.0, 20.0)  # m; dragged back along the lane after a finishing pass
+    light: float = _number(0.2, 0.0, 5.0)  # a pass is a finishing one if its load was never more than this
 
     # As above, for surfaces.
     shave: float = _number(0.0, 0.0, 1.0)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .choose import Push
+from .choose import Push, has_room
 from .parameters import GradeParameters
 from .route import Point
 from .site import Site
@@ -43,8 +43,7 @@ def choose_passes(site: Site, numbers: GradeParameters, failed: list[Point], mos
     length = np.maximum(np.hypot(*way.T), 1e-9)
     ahead = way / length[:, None]
     approach = begin - numbers.back_off * ahead
-    good = gain > numbers.enough
-    good &= _has_room(site, approach)
+    good = (gain > numbers.enough) & has_room(site, approach)
     for place in failed:
         good &= np.hypot(*(begin - place).T) > 0.5 * site.blade.width
     if not good.any():
@@ -58,14 +57,6 @@ def choose_passes(site: Site, numbers: GradeParameters, failed: list[Point], mos
 def _push(begin: np.ndarray, end: np.ndarray, approach: np.ndarray) -> Push:
     first, aim, at = (tuple(map(float, point)) for point in (begin, end, approach))
     return Push(first, at, float(np.arctan2(aim[1] - first[1], aim[0] - first[0])), [first, aim])
-
-
-def _has_room(site: Site, at: np.ndarray) -> np.ndarray:
-    """Whether the machine can turn on the spot at points [n, 2], bool [n]."""
-    size, radius, cell = np.array(site.extent), site.turning_radius, site.grid.cell
-    fits = ((at >= radius) & (at <= size - radius)).all(axis=1)
-    row, col = (np.clip(at[:, k] // cell, 0, site.gap.shape[1 - k] - 1).astype(int) for k in (1, 0))
-    return fits & (site.gap[row, col] >= site.turning_room)
 
 
 def _lanes(site: Site, heading: float) -> Lanes:

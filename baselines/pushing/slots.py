@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .choose import Push
+from .choose import Push, has_room
 from .parameters import SlotParameters
 from .site import Site
 from .worth import SOIL
@@ -68,9 +68,7 @@ def next_pass(site: Site, numbers: SlotParameters, slot: Slot) -> Push | None:
     heading = atan2(slot.end[1] - slot.middle[1], slot.end[0] - slot.middle[0])
     unit = np.array([np.cos(heading), np.sin(heading)])
     first, approach = _along(slot.middle, unit, far), _along(slot.middle, unit, far - numbers.back_off)
-    size, radius = site.extent, site.turning_radius
-    inside = all(radius <= at <= length - radius for at, length in zip(approach, size, strict=True))
-    if not inside or site.gap[site.cell_at(*approach)] < site.turning_room:
+    if not has_room(site, np.array([approach])).all():
         return None
     return Push(first, approach, heading, [first, slot.end])
 
