@@ -406,6 +406,13 @@ def test_overrides_lie_over_the_level():
     assert load("bay", level=2, goal=LEVELLED["goal"], obstacle=None).goals != load("bay", level=2).goals
 
 
+def test_a_design_is_a_layer_or_a_file(tmp_path):
+    np.save(tmp_path / "plan.npy", np.zeros((64, 64)))
+    design = {"region": {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}, "layer": 0.2}
+    with pytest.raises(ValueError, match="design has layer and path; allowed: one of them"):
+        load({"design": {**design, "path": str(tmp_path / "plan.npy")}, "start": LEVELLED["start"]})
+
+
 @pytest.mark.parametrize(
     ("tables", "complaint"),
     [

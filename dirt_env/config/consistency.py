@@ -149,6 +149,8 @@ def _check_fixed(config: SceneConfig) -> None:
             f"the scene has {len(config.starts)} start and {len(config.goals)} goal; "
             "allowed: at least one of each, or a design"
         )
+    if config.design is not None and config.design.layer is not None and config.design.path:
+        raise ValueError("design has layer and path; allowed: one of them, for either takes the place of the plane")
     fixed.check(plan(config), config.pose)
     if config.vary is not None:
         vary.check(parts(config), config.vary, config.setting)
