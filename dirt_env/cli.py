@@ -50,7 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--episodes", type=_whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=_whole(0), default=0, metavar="S", help="of the first layout (default: 0)")
     run.add_argument("--out", type=Path, metavar="DIR", help="folder for what is written (default: runs/SCENE-POLICY)")
-    run.add_argument("--level", type=_whole(0), metavar="L", help="difficulty of a random layout, 0 to 5")
+    run.add_argument("--level", type=_whole(0), metavar="L", help="difficulty, in scenes that have levels")
     run.add_argument("--steps", type=_whole(1), metavar="N", help="most control steps (default: the job's time)")
     run.add_argument("--no-replay", action="store_true", help="write summary.json only (an old replay goes)")
     run.add_argument(
@@ -104,7 +104,7 @@ def _add_evaluate(commands: Any) -> None:
     evaluate = commands.add_parser("evaluate", help="compare policies on held-out layouts; figures with intervals")
     evaluate.add_argument("--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, or module:Class")
     evaluate.add_argument(
-        "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, all, or TOML"
+        "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, hauls, surfaces, all, or TOML"
     )
     evaluate.add_argument("--layouts", type=_whole(1), default=10, metavar="N", help="of each job (default: 10)")
     evaluate.add_argument("--split", default="evaluation", help="evaluation (default), or selection, training")

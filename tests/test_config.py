@@ -3,6 +3,7 @@
 import json
 import pickle
 import warnings
+from math import radians, tan
 from pathlib import Path
 
 import numpy as np
@@ -257,7 +258,7 @@ def test_a_goal_too_small_warns_with_both_volumes():
             r"points is \[\[1, 1\]\]; allowed: at least three",
         ),
         ({"level": 2}, r"level is 2, but the scene has its own start and goal; allowed: levels 0 to 5 for scenes"),
-        ({"layout": {}}, r"layout is random and start, goal, design or obstacle are given"),
+        ({"layout": {}}, r"layout is random and start, goal, design, obstacle, hollow or vary are given"),
     ],
 )
 def test_bad_input_names_the_key_the_value_and_what_is_allowed(tables, said):
@@ -291,8 +292,11 @@ def test_a_start_has_exactly_one_amount(amount, said):
 @pytest.mark.parametrize(
     ("scene", "said"),
     [
-        ("hepa", r"scene is 'hepa' \(did you mean heap\?\); allowed: dig, heap, pad"),
-        ("nowhere/x.toml", r"nowhere/x.toml is no file; allowed: the path of a .toml file, or one of dig, heap"),
+        ("hepa", r"scene is 'hepa' \(did you mean heap\?\); allowed: bay, berm, dig, heap"),
+        (
+            "nowhere/x.toml",
+            r"nowhere/x.toml is no file; allowed: the path of a .toml file, or one of bay, berm, dig",
+        ),
         (3, r"scene is 3; allowed: a name, a path of a TOML file, or a mapping"),
         ({"level": 9}, r"layout.level is 9; allowed: a whole number >= 0 and <= 5"),
         ({"machine": {"pose": [5, 5, 0]}}, r"machine.pose is \(5.0, 5.0, 0.0\), but the layout is random"),
@@ -378,3 +382,47 @@ def test_relief_beyond_what_can_be_kept_exactly_is_an_error_of_the_scene(tmp_pat
         pytest.raises(ValueError, match=r"ground heights reach 5000 m from the datum; allowed with cells of 0.5 m"),
     ):
         load(tables)
+
+
+LEVELLED = {
+    "task": {"time": 100.0},
+    "start": [{"region": {"kind": "circle", "center": [8.0, 16.0], "radius": 3.0}, "volume": 5.0}],
+    "goal": [{"region": {"kind": "circle", "center": [22.0, 16.0], "radius": 3.0}}],
+    "levels": [{"task": {"time": 50.0}, "soil": {"repose": 30.0}}, {}, {"task": {"time": 200.0}}],
+}
+
+
+def test_a_written_scene_has_levels_of_its_own():
+    assert [load(LEVELLED, level=level).task.time for level in range(3)] == [50.0, 100.0, 200.0]
+    assert load(LEVELLED).task.time == 50.0, "the lowest, unless the scene says another"
+    assert load({**LEVELLED, "level": 2}).task.time == 200.0
+    assert load(LEVELLED, level=1) == load({key: value for key, value in LEVELLED.items() if key != "levels"})
+
+
+def test_overrides_lie_over_the_level():
+    config = load(LEVELLED, level=0, task={"time": 70.0}, soil={"density": 1000.0})
+    assert config.task.time == 70.0
+    assert config.soil.slope == pytest.approx(tan(radians(30.0)))
+    assert load("bay", level=2, goal=LEVELLED["goal"], obstacle=None).goals != load("bay", level=2).goals
+
+
+def test_a_design_is_a_layer_or_a_file(tmp_path):
+    np.save(tmp_path / "plan.npy", np.zeros((64, 64)))
+    design = {"region": {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}, "layer": 0.2}
+    with pytest.raises(ValueError, match="design has layer and path; allowed: one of them"):
+        load({"design": {**design, "path": str(tmp_path / "plan.npy")}, "start": LEVELLED["start"]})
+
+
+@pytest.mark.parametrize(
+    ("tables", "complaint"),
+    [
+        ({"level": 3}, "level is 3; allowed: 0 to 2"),
+        ({"level": True}, "level is True; allowed: 0 to 2"),
+        ({"levels": {"task": {}}}, r"levels is .*allowed: an array of tables, \[\[levels\]\]"),
+        ({"levels": [{"tusk": {}}]}, r"levels\[0\].tusk is not known, did you mean task"),
+        ({"levels": [{"level": 1}]}, r"levels\[0\].level is not known"),
+    ],
+)
+def test_bad_levels_are_refused(tables, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        load({**LEVELLED, **tables})

@@ -168,18 +168,22 @@ def _is_open_lane(site: Site, numbers: Pushing, begin: np.ndarray, aim: np.ndarr
 def _approaches(site: Site, numbers: Pushing, first: np.ndarray, aim: np.ndarray):
     """Start of each push: pivot [n, 2], heading [n, 2], whether it can turn there; straight behind if possible."""
     straight = np.arctan2(aim[:, 1] - first[:, 1], aim[:, 0] - first[:, 0])
-    size, radius = np.array(site.extent), site.turning_radius
     approach, ahead = np.zeros_like(first), np.zeros_like(first)
     good = np.zeros(len(first), bool)
     for slant in SLANTS:
         unit = np.stack([np.cos(straight + slant), np.sin(straight + slant)], axis=1)
         at = first - numbers.back_off * unit
-        fits = ((at >= radius) & (at <= size - radius)).all(axis=1) & ~good
-        row, col = (np.clip(at[:, k] // site.grid.cell, 0, site.gap.shape[1 - k] - 1).astype(int) for k in (1, 0))
-        fits &= site.gap[row, col] >= site.turning_room
+        fits = has_room(site, at) & ~good
         approach[fits], ahead[fits] = at[fits], unit[fits]
         good |= fits
     return approach, ahead, good
+
+
+def has_room(site: Site, at: np.ndarray) -> np.ndarray:
+    """Whether the machine can turn on the spot at points [n, 2] m, bool [n]."""
+    size, radius = np.array(site.extent), site.turning_radius
+    row, col = (np.clip(at[:, k] // site.grid.cell, 0, site.gap.shape[1 - k] - 1).astype(int) for k in (1, 0))
+    return ((at >= radius) & (at <= size - radius)).all(axis=1) & (site.gap[row, col] >= site.turning_room)
 
 
 def _push(site: Site, numbers: Pushing, found: Candidates, i: int) -> Push:

@@ -60,6 +60,16 @@ def edge_for(site: Site, numbers: Pushing, way: float, rise: float, before: np.n
     return float(asked[best]), float(np.abs(wanted - held - edge).max())
 
 
+def edge_behind(site: Site, numbers: Pushing, way: float) -> float:
+    """Height over the tracks [m] at which the edge lies on the target after `way` m backwards."""
+    pose, blade = site.pose, site.blade
+    east, north = cos(pose["heading"]), sin(pose["heading"])
+    ahead, left = blade.reach - way, blade.width * np.linspace(-0.5, 0.5, STATIONS)
+    x, y = pose["x"] + ahead * east - left * north, pose["y"] + ahead * north + left * east
+    z, pitch, _ = _fit(site, site.height, np.array([-way]))[0]
+    return float(_bilinear(site, site.target, x, y).mean() + numbers.grade - z - pitch * blade.reach)
+
+
 def _levels(site: Site, numbers: Pushing, strip: Strip, way: float, rise: float, before: np.ndarray) -> np.ndarray:
     """Height of the edge over the datum that is wanted at each look [LOOKS] m: between the targets' mean and lowest."""
     target = site.target[strip.rows, strip.cols]

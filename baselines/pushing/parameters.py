@@ -99,6 +99,31 @@ class GreedyParameters(Pushing):
     least_gain: float = _number(0.0, 0.0, 5.0)
 
 
+@dataclass(frozen=True)
+class GradeParameters(Pushing):
+    """Those of grading: what a pass over a design surface costs, and its own ways of going along it."""
+
+    overhead: float = _number(4.0, 0.0, 30.0)  # s for lowering, lifting and backing off
+    enough: float = _number(0.002, 0.0, 1.0)  # m4; a pass that takes less off the squared error is not begun
+    back_drag: float = _number(3.0, 0.0, 20.0)  # m; dragged back along the lane after a finishing pass
+    light: float = _number(0.2, 0.0, 5.0)  # a pass is a finishing one if its load was never more than this
+
+    # As above, for surfaces.
+    shave: float = _number(0.0, 0.0, 1.0)
+    layer: float = _number(1.5, 0.5, 20.0)
+    full: float = _number(2.0, 0.3, 3.0)
+    least_gain: float = _number(0.0, 0.0, 5.0)
+
+
+@dataclass(frozen=True)
+class SlotParameters(Parameters):
+    """Those of slot dozing: how lanes lie, and what a pass in one takes."""
+
+    spacing: float = _number(1.1, 0.5, 2.0)  # of the blade's width; from one lane to the next
+    loads: float = _number(1.3, 0.3, 6.0)  # that a pass takes up on its way; the rest of the lane waits
+    least_load: float = _number(0.25, 0.02, 2.0)  # a lane with less in it is empty
+
+
 def range_of(entry: Field) -> tuple[float, float]:
     """Least and largest value of a parameter."""
     return entry.metadata["range"]

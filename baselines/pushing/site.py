@@ -29,7 +29,11 @@ class Site:
         self._table = pose_table(self.grid, self.blade, self.machine)
         axes = centres(self.grid)
         self.x, self.y = (np.broadcast_to(axis, (self.grid.rows, self.grid.cols)) for axis in axes)
-        self._design = None if config.design is None else rasterize(config.design.region, self.grid, "design.region")
+        # Where a scene varies its design may lie elsewhere: then a hole just as deep as the blade is high may be taken
+        # for a goal, but not where the scene has none and soil is missing elsewhere.
+        known = config.design is not None and config.vary is None
+        self._design = rasterize(config.design.region, self.grid, "design.region") if known else None
+        self._has_goals = bool(config.goals)
         self.target: np.ndarray | None = None
 
     def forget(self) -> None:
@@ -54,6 +58,8 @@ class Site:
         self.goal = (todo == np.float32(-self.blade.height)) & ~self.solid
         if self._design is not None:
             self.goal &= ~self._design
+        elif not self._has_goals and ((todo < 0.0) & ~self.goal).any():
+            self.goal[:] = False
         self.target = np.where(self.goal, height, height - todo)
         self.goals = list(_parts(self.goal))
         self.depth = np.minimum(distance_inside(self.goal, self.grid.cell), MOST_HEIGHT)

@@ -5,10 +5,10 @@ from math import ceil, degrees, hypot
 
 import numpy as np
 
-from dirt_env.config.episode import layout, plan
+from dirt_env.config.episode import layout, parts, plan
 from dirt_env.config.scene import SceneConfig
 from dirt_env.config.terrain import HeightField
-from dirt_env.scene import fixed
+from dirt_env.scene import fixed, vary
 from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.layout import Layout
 from dirt_env.scene.survey import HeightFile
@@ -142,8 +142,10 @@ def _check_length(key: str, length: float, cell: float) -> None:
 
 def _check_random(config: SceneConfig) -> None:
     _check_length("layout.rough_length", config.layout.rough_length, config.site.cell)
-    if config.starts or config.goals or config.design or config.obstacles:
-        raise ValueError("layout is random and start, goal, design or obstacle are given; allowed: one or the other")
+    if config.starts or config.goals or config.design or config.obstacles or config.hollows or config.vary:
+        raise ValueError(
+            "layout is random and start, goal, design, obstacle, hollow or vary are given; allowed: one or the other"
+        )
     if fixed.walled(config.ground, config.grid) is not None:
         raise ValueError('ground.nodata is "wall" and the layout is random; allowed: "fill", or fixed starts and goals')
     if config.layout.room < 1:
@@ -166,7 +168,13 @@ def _check_fixed(config: SceneConfig) -> None:
             f"the scene has {len(config.starts)} start and {len(config.goals)} goal; "
             "allowed: at least one of each, or a design"
         )
+    if config.design is not None and config.design.layer is not None and config.design.path:
+        raise ValueError("design has layer and path; allowed: one of them, for either takes the place of the plane")
     fixed.check(plan(config), config.pose)
+    if config.vary is not None:
+        vary.check(parts(config), config.vary, config.setting)
+    elif any(any(part.shift) for part in config.starts + config.goals):
+        raise ValueError("a start or goal has a shift and the scene has no [vary]; allowed: both, or no shift")
 
 
 def _check_beginning(config: SceneConfig) -> None:

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from dirt_env.config.scene import SceneConfig
-from dirt_env.scene import fixed
+from dirt_env.scene import fixed, vary
 from dirt_env.scene.layout import Layout
 from dirt_env.scene.sampling import sample
 
@@ -14,7 +14,16 @@ def layout(config: SceneConfig, rng: np.random.Generator) -> Layout:
     """A new layout; its arrays belong to the caller. Only `rng` makes one differ from another of the same scene."""
     if config.layout is not None:
         return sample(config.layout, config.setting, config.ground, rng)
+    if config.vary is not None:
+        return vary.lay_out(parts(config), config.vary, config.setting, rng)
     return fixed.lay_out(plan(config), config.pose, rng)
+
+
+def parts(config: SceneConfig) -> vary.Parts:
+    """What a fixed scene has written down."""
+    return vary.Parts(
+        config.ground, config.starts, config.goals, config.design, config.obstacles, config.hollows, config.pose
+    )
 
 
 @lru_cache(maxsize=32)
@@ -28,4 +37,5 @@ def plan(config: SceneConfig) -> fixed.Plan:
         config.design,
         config.obstacles,
         config.pose == "random",
+        config.hollows,
     )

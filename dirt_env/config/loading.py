@@ -20,8 +20,8 @@ from dirt_env.scene.survey import HeightFile
 from dirt_env.sim.params import Blade, Machine
 
 PACKAGE = Path(__file__).resolve().parents[1]
-TOP_LEVEL = (*SCENE, "level")
-FIXED = ("start", "goal", "design", "obstacle")
+TOP_LEVEL = (*SCENE, "level", "levels")
+FIXED = ("start", "goal", "design", "obstacle", "hollow", "vary")
 
 
 def load(scene: str | Path | Mapping[str, Any] = "heap", **overrides: Any) -> SceneConfig:
@@ -33,7 +33,9 @@ def load(scene: str | Path | Mapping[str, Any] = "heap", **overrides: Any) -> Sc
     name, folder, written = _written(scene)
     survey.forget()  # a file may have changed since it was last loaded
     episode.plan.cache_clear()
-    if any(overrides.get(key) for key in FIXED):  # own regions take the place of a random layout
+    if written.get("levels"):
+        written, overrides = _at_level(written, overrides)
+    elif any(overrides.get(key) for key in FIXED):  # own regions take the place of a random layout
         written = {key: value for key, value in written.items() if key not in ("level", "layout")}
     config = _build(name, folder, _with_level(merge(written, overrides)))
     consistency.check(config)
@@ -100,10 +102,24 @@ def _written(scene: str | Path | Mapping[str, Any]) -> tuple[str, Path, Mapping[
         raise ValueError(f"scene {path} is no TOML: {error}") from None
 
 
+def _at_level(written: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A scene with `levels` of its own as it is at the level that is asked for, and the other overrides."""
+    levels = written["levels"]
+    if not isinstance(levels, list) or not all(isinstance(table, Mapping) for table in levels):
+        raise ValueError(f"levels is {levels!r}; allowed: an array of tables, [[levels]]")
+    for i, table in enumerate(levels):
+        known_keys(table, f"levels[{i}]", SCENE)
+    level = overrides.get("level", written.get("level", 0))
+    if type(level) is not int or not 0 <= level < len(levels):
+        raise ValueError(f"level is {level!r}; allowed: 0 to {len(levels) - 1}")
+    base = {key: value for key, value in written.items() if key not in ("level", "levels")}
+    return merge(base, levels[level]), {key: value for key, value in overrides.items() if key != "level"}
+
+
 def _with_level(written: Mapping[str, Any]) -> dict[str, Any]:
     """`level` at the top is short for `layout.level`; a scene with nothing fixed has a random layout."""
     known_keys(written, "", dict.fromkeys(TOP_LEVEL))
-    result = {key: value for key, value in written.items() if key != "level"}
+    result = {key: value for key, value in written.items() if key not in ("level", "levels")}
     fixed = [key for key in FIXED if result.get(key)]
     if "level" in written:
         if fixed:
@@ -143,8 +159,10 @@ def _build(name: str, folder: Path, written: dict[str, Any]) -> SceneConfig:
         "pose": pose or "behind",
         "starts": (),
         "goals": (),
+        "hollows": (),
         "design": None,
         "obstacles": (),
+        "vary": None,
         "layout": None,
         "task": Task(),
         "observation": Observation(),

@@ -7,15 +7,16 @@ from typing import Any
 from dirt_env.config.tables import POSE, SCENE, Earth, Observation, Reward, Site, Task
 from dirt_env.config.terrain import Terrain
 from dirt_env.scene.design import Design
-from dirt_env.scene.fixed import Goal, Ground, Start
+from dirt_env.scene.fixed import Goal, Ground, Hollow, Start
 from dirt_env.scene.layout import Setting
 from dirt_env.scene.obstacles import Obstacle
 from dirt_env.scene.sampling import Sampler
+from dirt_env.scene.vary import Vary
 from dirt_env.sim.params import Blade, Grid, Machine, Soil, Strength, Traction
 from dirt_env.sim.traction import Pull, pull_of
 
 # Attribute of a key, where it differs.
-FIELDS = {"soil": "earth", "start": "starts", "goal": "goals", "obstacle": "obstacles"}
+FIELDS = {"soil": "earth", "start": "starts", "goal": "goals", "hollow": "hollows", "obstacle": "obstacles"}
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,10 @@ class SceneConfig:
     pose: tuple[float, float, float] | str  # x m, y m, heading degrees; or "behind" or "random"
     starts: tuple[Start, ...]
     goals: tuple[Goal, ...]
+    hollows: tuple[Hollow, ...]
     design: Design | None
     obstacles: tuple[Obstacle, ...]
+    vary: Vary | None  # None: everything lies where it is written
     layout: Sampler | None  # None: the starts and goals above
     task: Task
     observation: Observation

@@ -29,12 +29,13 @@ from dirt_env.config.rules import (
 )
 from dirt_env.config.terrain import HeightField, VoxelGrid
 from dirt_env.scene.design import Design
-from dirt_env.scene.fixed import Goal, Start
+from dirt_env.scene.fixed import Goal, Hollow, Start
 from dirt_env.scene.ground import Flat, Mounds, Ridge, Rough
 from dirt_env.scene.obstacles import Block, Post, Wall
 from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
+from dirt_env.scene.vary import Vary
 from dirt_env.sim.params import Blade, Machine, Soil, Strength, Traction
 from dirt_env.sim.voxel_state import FOOTINGS, LARGEST_LIFE
 from dirt_env.task.patch import CHANNELS
@@ -259,6 +260,8 @@ TRACTION = Table(
     },
 )
 
+SHIFT = Vector(2, Number(0, unit="m"))
+
 POSE = Either(Choice(("behind", "random")), Vector(3, Number()), "[x m, y m, heading in degrees]")
 
 START = Table(
@@ -268,18 +271,24 @@ START = Table(
         "volume": Span(VOLUME),
         "depth": Span(METRES),
         "dig": Span(METRES),
+        "shift": SHIFT,
     },
     ("region",),
 )
 
-GOAL = Table(Goal, {"region": REGION}, ("region",))
+GOAL = Table(Goal, {"region": REGION, "shift": SHIFT}, ("region",))
+
+HOLLOW = Table(Hollow, {"region": REGION, "depth": Span(METRES)}, ("region", "depth"))
+
+VARY = Table(Vary, {"shift": SHIFT, "mirror": Flag()})
 
 DESIGN = Table(
     Design,
     {
         "region": REGION,
-        "height": Either(Choice(("balance",)), HEIGHT, "a number of metres"),
+        "height": Either(Choice(("balance", "ground")), HEIGHT, "a number of metres"),
         "slope": Vector(2, Number()),
+        "layer": METRES,
         "path": FilePath(),
         "tolerance": METRES,
     },
@@ -377,8 +386,10 @@ SCENE: dict[str, Rule] = {
     "traction": TRACTION,
     "start": Many(START),
     "goal": Many(GOAL),
+    "hollow": Many(HOLLOW),
     "design": DESIGN,
     "obstacle": Many(OBSTACLE),
+    "vary": VARY,
     "layout": LAYOUT,
     "task": TASK,
     "observation": OBSERVATION,

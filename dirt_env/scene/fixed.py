@@ -28,12 +28,14 @@ class Start:
     """A region the soil is taken from, and how much, by exactly one of three; each a least and a largest value.
 
     `volume`: a heap of so many m3 at repose. `depth`: a layer of loose soil, m. `dig`: down from the ground, m.
+    `shift`: how far it may lie from its place in an episode of a scene that varies, either way in x and y, m.
     """
 
     region: Region
     volume: Span | None = None
     depth: Span | None = None
     dig: Span | None = None
+    shift: Span = (0.0, 0.0)
 
     @property
     def amount(self) -> Span:
@@ -43,9 +45,18 @@ class Start:
 
 @dataclass(frozen=True)
 class Goal:
-    """A region the soil is to be brought to."""
+    """A region the soil is to be brought to; `shift` as that of a `Start`."""
 
     region: Region
+    shift: Span = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Hollow:
+    """A hole in the ground from the start: `depth` (least, most) m deep over a region, its sides at repose."""
+
+    region: Region
+    depth: Span
 
 
 class Plan(NamedTuple):
@@ -61,6 +72,7 @@ class Plan(NamedTuple):
     goal: np.ndarray
     solid: np.ndarray | None
     free: np.ndarray | None  # [n, 2] m; where a machine placed at random may stand
+    hollows: tuple[tuple[Span, np.ndarray], ...]  # depth m and region of each
 
 
 def plan(
@@ -71,6 +83,7 @@ def plan(
     design: Design | None,
     obstacles: tuple[Obstacle, ...],
     anywhere: bool = False,
+    hollows: tuple[Hollow, ...] = (),
 ) -> Plan:
     """Rasterised regions and obstacles, checked against one another; `anywhere`: the machine begins at random."""
     grid = setting.grid
@@ -79,21 +92,27 @@ def plan(
     none = np.zeros((grid.rows, grid.cols), dtype=bool)
     goal_regions = [_open(goal.region, setting, solid, f"goal[{i}].region") for i, goal in enumerate(goals)]
     design_region = () if design is None else (rasterize(design.region, grid, "design.region"),)
-    _check_apart(starts, regions, goal_regions, design_region, grid.cell)
+    holes = [_open(hollow.region, setting, solid, f"hollow[{i}].region") for i, hollow in enumerate(hollows)]
+    _check_apart(starts, regions, goal_regions, design_region, holes, grid.cell)
     start, goal = (np.any([none, *masks], axis=0) for masks in (regions, goal_regions))
     sources = tuple(middle(mask, grid.cell) for mask in regions)
     taken = start | goal if solid is None else start | goal | solid
     free = poses.free_cells(setting, taken) if anywhere else None
-    return Plan(setting, ground, starts, design, regions, sources, start, goal, solid, free)
+    depths = (hollow.depth for hollow in hollows)
+    pits = tuple(zip(depths, holes, strict=True))
+    return Plan(setting, ground, starts, design, regions, sources, start, goal, solid, free, pits)
 
 
 def lay_out(plan: Plan, pose: tuple[float, float, float] | str, rng: np.random.Generator) -> Layout:
     """One episode's layout; `pose` is x m, y m, heading in degrees, or "behind", or "random"."""
     setting, grid = plan.setting, plan.setting.grid
     ground, datum = make_ground(plan.ground, setting, rng)
+    whole = ground
+    for depth, hole in plan.hollows:
+        ground = ground - layer(hole, grid, float(rng.uniform(*depth)), setting.slope, plan.solid)
     height, target, design = ground.copy(), ground.copy(), None
     if plan.design:
-        target, design = plan.design.surface(ground, grid, datum, plan.solid)
+        target, design = plan.design.surface(ground, whole, grid, setting.slope, datum, plan.solid)
     for start, region, source in zip(plan.starts, plan.regions, plan.sources, strict=True):
         amount = float(rng.uniform(*start.amount))
         if start.volume:
@@ -179,12 +198,13 @@ def _open(region: Region, setting: Setting, solid: np.ndarray | None, key: str) 
     return mask & ~solid
 
 
-def _check_apart(starts: tuple[Start, ...], regions, goals, design, cell: float) -> None:
+def _check_apart(starts: tuple[Start, ...], regions, goals, design, hollows, cell: float) -> None:
     """An error if regions share cells but ask for two things; goals may overlap, heaps may lie in a design."""
     named = [(f"start[{i}].region", mask) for i, mask in enumerate(regions)]
     goal_named = [(f"goal[{i}].region", mask) for i, mask in enumerate(goals)]
     design_named = [("design.region", mask) for mask in design]
     pairs = [(one, other) for i, one in enumerate(named) for other in named[:i] + goal_named]
+    pairs += [(one, (f"hollow[{i}].region", mask)) for one in named for i, mask in enumerate(hollows)]
     pairs += [(one, other) for start, one in zip(starts, named, strict=True) if start.dig for other in design_named]
     pairs += [(one, other) for one in design_named for other in goal_named]
     for (key, mask), (other, other_mask) in pairs:

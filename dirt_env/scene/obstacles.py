@@ -1,6 +1,6 @@
 """Obstacles: posts, walls, closed regions. They stop the machine, and hold the soil at any height."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -26,6 +26,10 @@ class Post:
         mask[max(row, 0), max(col, 0)] = True
         return mask
 
+    def moved(self, by: Point) -> "Post":
+        """The same elsewhere, by (x, y) m."""
+        return replace(self, center=(self.center[0] + by[0], self.center[1] + by[1]))
+
 
 @dataclass(frozen=True)
 class Wall:
@@ -46,6 +50,11 @@ class Wall:
         away = np.hypot(x - self.start[0] - share * along[0], y - self.start[1] - share * along[1])
         return away <= max(self.width, 1.5 * grid.cell) / 2
 
+    def moved(self, by: Point) -> "Wall":
+        """The same elsewhere, by (x, y) m."""
+        (x0, y0), (x1, y1), (x, y) = self.start, self.end, by
+        return replace(self, start=(x0 + x, y0 + y), end=(x1 + x, y1 + y))
+
 
 @dataclass(frozen=True)
 class Block:
@@ -57,6 +66,10 @@ class Block:
     def solid(self, grid: Grid, key: str) -> np.ndarray:
         """Its cells, bool [rows, cols]."""
         return rasterize(self.region, grid, f"{key}.region")
+
+    def moved(self, by: Point) -> "Block":
+        """The same elsewhere, by (x, y) m."""
+        return replace(self, region=self.region.moved(by))
 
 
 Obstacle = Post | Wall | Block

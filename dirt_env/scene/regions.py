@@ -1,6 +1,6 @@
 """Regions of the site: circle, rectangle, polygon, mask image. A cell belongs to a region if its centre does."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, radians, sin
 from typing import ClassVar
 
@@ -31,6 +31,10 @@ class Circle:
         x, y = centres(grid)
         return (x - self.center[0]) ** 2 + (y - self.center[1]) ** 2 <= self.radius**2
 
+    def moved(self, by: Point) -> "Circle":
+        """The same elsewhere, by (x, y) m."""
+        return replace(self, center=_sum(self.center, by))
+
 
 @dataclass(frozen=True)
 class Rectangle:
@@ -56,6 +60,10 @@ class Rectangle:
         c, s = cos(radians(self.angle)), sin(radians(self.angle))
         return (abs(dx * c + dy * s) <= self.size[0] / 2) & (abs(dy * c - dx * s) <= self.size[1] / 2)
 
+    def moved(self, by: Point) -> "Rectangle":
+        """The same elsewhere, by (x, y) m."""
+        return replace(self, center=_sum(self.center, by))
+
 
 @dataclass(frozen=True)
 class Polygon:
@@ -78,6 +86,10 @@ class Polygon:
                 crossing = x0 + (y - y0) * ((x1 - x0) / (y1 - y0))
                 inside ^= ((y0 <= y) != (y1 <= y)) & (x < crossing)
         return inside
+
+    def moved(self, by: Point) -> "Polygon":
+        """The same elsewhere, by (x, y) m."""
+        return replace(self, points=tuple(_sum(point, by) for point in self.points))
 
 
 @dataclass(frozen=True)
@@ -103,6 +115,12 @@ class Mask:
         col = ((np.arange(grid.cols) + 0.5) * cols / grid.cols).astype(int)
         return image[row[:, None], col[None, :]]
 
+    def moved(self, by: Point) -> "Mask":
+        """Itself; raises ValueError for a shift, for it is as large as the site and has no place to go."""
+        if any(by):
+            raise ValueError(f"a region is shifted and is the mask {self.path}; allowed: another kind, or no shift")
+        return self
+
 
 Region = Circle | Rectangle | Polygon | Mask
 
@@ -123,3 +141,7 @@ def rasterize(region: Region, grid: Grid, key: str) -> np.ndarray:
     if not mask.any():
         raise ValueError(f"{key} holds no cell centre; allowed: a region larger than one cell of {grid.cell:g} m")
     return mask
+
+
+def _sum(point: Point, by: Point) -> Point:
+    return point[0] + by[0], point[1] + by[1]

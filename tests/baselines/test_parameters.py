@@ -3,7 +3,13 @@
 from dataclasses import fields
 
 import pytest
-from dirt_env.baselines.pushing.parameters import GreedyParameters, Parameters, range_of
+from dirt_env.baselines.pushing.parameters import (
+    GradeParameters,
+    GreedyParameters,
+    Parameters,
+    SlotParameters,
+    range_of,
+)
 
 
 @pytest.mark.parametrize("entry", fields(Parameters), ids=lambda entry: entry.name)
@@ -15,6 +21,6 @@ def test_a_number_outside_its_range_is_refused_with_the_range(entry):
 
 
 def test_the_ends_of_the_ranges_are_allowed():
-    for kind in (Parameters, GreedyParameters):
+    for kind in (Parameters, GreedyParameters, GradeParameters, SlotParameters):
         for end in (0, 1):
             kind(**{entry.name: range_of(entry)[end] for entry in fields(kind)})

@@ -8,7 +8,7 @@ import pytest
 
 from dirt_env.scene import fixed
 from dirt_env.scene.design import Design
-from dirt_env.scene.fixed import Goal, Start
+from dirt_env.scene.fixed import Goal, Hollow, Start
 from dirt_env.scene.ground import Flat, Ridge, Rough
 from dirt_env.scene.layout import Setting
 from dirt_env.scene.obstacles import Block, Post, Wall, solid_cells
@@ -21,6 +21,7 @@ SETTING = Setting(GRID, Soil().slope, Blade(), Machine())
 AREA = GRID.cell**2
 PIT = Rectangle((8.0, 12.0), (6.0, 4.0))
 HEAP = Circle((8.0, 12.0), 3.0)
+HEAP_ASIDE = Circle((14.0, 18.0), 2.5)
 GOAL = Goal(Circle((22.0, 12.0), 3.5))
 
 
@@ -211,3 +212,48 @@ def test_the_heap_of_a_bent_region_stands_inside_it():
     mask = bent.mask(GRID)
     x, y = fixed.middle(mask, GRID.cell)
     assert mask[int(y / 0.5), int(x / 0.5)]
+
+
+def hollowed(start, depth):
+    return fixed.plan(SETTING, Flat(), (start,), (GOAL,), None, (), hollows=(Hollow(PIT, (depth, depth)),))
+
+
+def test_a_hollow_is_in_the_ground_from_the_start_with_sides_at_repose():
+    shallow, deep = (
+        fixed.lay_out(hollowed(Start(HEAP_ASIDE, volume=(4.0, 4.0)), depth), "behind", np.random.default_rng(0))
+        for depth in (0.3, 2.0)
+    )
+    assert -shallow.target.sum() * AREA == pytest.approx(0.3 * 24.0)
+    assert shallow.target.min() == pytest.approx(-0.3)
+    assert shallow.soil == pytest.approx(4.0), "the hole itself is nothing to do"
+    assert np.abs(np.diff(deep.target, axis=1)).max() <= SETTING.slope * GRID.cell * (1 + 1e-9)
+
+
+def test_soil_may_not_lie_in_a_hollow():
+    with pytest.raises(ValueError, match=r"start\[0\].region and hollow\[0\].region share \d+ cells"):
+        hollowed(Start(HEAP, volume=(4.0, 4.0)), 0.3)
+
+
+def test_a_layer_as_design_lies_over_the_ground_with_its_rim_at_repose():
+    ground = Rough((0.4, 0.4), 5.0, seed=3)
+    thin, high = (
+        fixed.lay_out(
+            plan((Start(HEAP_ASIDE, volume=(4.0, 4.0)),), (), ground=ground, design=Design(PIT, layer=depth)),
+            (3.0, 3.0, 0.0),
+            np.random.default_rng(0),
+        )
+        for depth in (0.15, 5.0)
+    )
+    bare = ground.make(GRID, SETTING.slope, np.random.default_rng(3))
+    np.testing.assert_allclose((thin.target - bare)[thin.design], 0.15)
+    rim = SETTING.slope * GRID.cell
+    np.testing.assert_allclose(np.unique(np.round((high.target - bare)[high.design], 9)), rim * np.arange(1, 5))
+
+
+def test_a_design_as_the_ground_was_asks_for_a_hollow_to_be_filled():
+    ground, design = Rough((0.4, 0.4), 5.0, seed=3), Design(PIT, height="ground")
+    starts = (Start(HEAP_ASIDE, volume=(4.0, 4.0)),)
+    made = fixed.plan(SETTING, ground, starts, (), design, (), hollows=(Hollow(PIT, (0.3, 0.3)),))
+    layout = fixed.lay_out(made, (3.0, 3.0, 0.0), np.random.default_rng(0))
+    np.testing.assert_array_equal(layout.target, ground.make(GRID, SETTING.slope, np.random.default_rng(3)))
+    assert (layout.target - layout.height)[layout.design] == pytest.approx(0.3)

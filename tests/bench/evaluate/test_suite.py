@@ -6,6 +6,8 @@ import pytest
 from dirt_env.bench.evaluate.suite import Task, load_suite, suite_names
 from dirt_env.config import layout, scene_names
 
+PAPER = {"several_starts", "several_goals", "uneven", "posts", "dig"}
+
 
 @pytest.fixture
 def written(tmp_path):
@@ -37,6 +39,9 @@ def test_all_has_every_scene_at_every_level():
     tasks = load_suite("all").tasks
     assert {task.scene for task in tasks} == set(scene_names())
     assert {task.level for task in tasks if task.job == "heap"} == {0, 1, 2, 3, 4, 5}
+    for scene in set(scene_names()) - {"heap"}:
+        middle = None if scene in PAPER else 1  # as in paper.toml, with ranges of its own
+        assert {task.level for task in tasks if task.scene == scene} == {0, middle, 2}, scene
 
 
 def test_the_ground_of_the_uneven_scene_is_drawn_anew():
@@ -79,7 +84,7 @@ def test_a_task_is_made_again_from_what_is_written_of_it():
         ('[[job]]\nscene = "heep"', "did you mean heap"),
         ('[[job]]\nscene = "heap"\n[[job]]\nscene = "heap"', "has the job heap twice"),
         ('include = ["mine.toml"]', "includes itself"),
-        ('include = ["no"]', "suite is 'no'; allowed: all, heap, paper, quick"),
+        ('include = ["no"]', "suite is 'no'; allowed: all, hauls, heap, paper, quick, surfaces"),
         ("[[job", "is no TOML"),
     ],
 )
@@ -89,7 +94,7 @@ def test_bad_files_are_refused(written, text, complaint):
 
 
 def test_unknown_names_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"allowed: all, heap, paper, quick, or the path of a .toml file"):
+    with pytest.raises(ValueError, match=r"paper, quick, surfaces, or the path of a .toml file"):
         load_suite("fast")
     with pytest.raises(ValueError, match="is no file"):
         load_suite(tmp_path / "none.toml")

@@ -1,0 +1,29 @@
+"""Pictures of the jobs: before and after side by side, the same ones each time, small on disk."""
+
+import numpy as np
+import pytest
+
+from dirt_env.bench.jobs import before_and_after, behaviour, write_png
+from dirt_env.config import scene_names
+from dirt_env.env import DirtPushEnv
+from dirt_env.policy import policy_names
+
+
+def test_every_job_is_shown_with_a_behaviour_that_can_play_it():
+    for name in scene_names():
+        env = DirtPushEnv(scene=name)
+        assert behaviour(env) in policy_names()
+        assert (behaviour(env) == "grade") == (env.config.design is not None)
+
+
+@pytest.mark.slow
+def test_a_picture_shows_the_start_and_the_end(tmp_path):
+    pillow = pytest.importorskip("PIL.Image")
+    image = before_and_after("ramp", 0, 8000, width_px=200)
+    assert image.dtype == np.uint8
+    before, after = np.split(image, 2, axis=1)
+    assert (before != after).any()
+    assert np.array_equal(image, before_and_after("ramp", 0, 8000, width_px=200))
+    write_png(tmp_path / "ramp.png", image)
+    assert pillow.open(tmp_path / "ramp.png").size == image.shape[1::-1]
+    assert (tmp_path / "ramp.png").stat().st_size < 100_000
