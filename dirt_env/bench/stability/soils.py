@@ -56,7 +56,7 @@ def what_is_left_over_is_carried_on():
     while capped.pending[1] > capped.pending[0]:
         settle_window(capped, grid, SOIL._replace(max_sweeps=3), AWAY)
         calls += 1
-    settle(free, grid, SOIL)
+    settle(free, grid, SOIL, "explicit")
     return f"{calls} calls of 3 sweeps", np.array_equal(capped.height, free.height) and calls > 5
 
 
