@@ -37,7 +37,8 @@ def test_the_full_set_sweeps_one_setting_at_a_time():
         if item.problem in PROBLEMS and PROBLEMS[item.problem].kind not in ("sweep", "flux"):
             moved = [item.cells != BASE_CELLS, item.tolerance not in (None, 1e-3), item.cap is not None]
             departs = sum([*moved, item.precision == "f8" and item.method != "paper"])
-            assert departs <= 1 or (departs, item.problem, item.tolerance) == (2, "column-collapse", 1e-2)
+            loose = item.problem == "column-collapse" and item.tolerance in (1e-2, 3e-2)
+            assert departs <= 1 or (departs == 2 and loose)
     own = [item for item in items if (item.problem, item.method) == ("column-collapse", "explicit")]
     for column, least in (("tolerance", 6), ("cap", 5), ("cells", 4), ("precision", 2)):
         assert len({getattr(item, column) for item in own}) >= least
