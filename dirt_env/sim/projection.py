@@ -25,6 +25,7 @@ COARSEST = 24  # cells along the shorter side of the coarsest grid, at least
 FIRST, ITERATIONS = 200, 60  # on the coarsest grid, and on the finest; in between so many for each grid below
 MARGIN = 6  # cells around those that the coarser grid moves that are swept as well
 BLOCK = 1024  # cells that are swept at a time
+TOGETHER, LAG = 4, 2  # iterations that go over the rows together, and the rows between them
 
 
 @kernel
@@ -59,34 +60,50 @@ def add_flows(start, out_x, in_x, out_y, in_y, ground, n):
 
 
 @kernel
-def iterate(level, stride, r0, r1, c0, c1, momentum, least):
-    """One iteration on rows [r0, r1) and columns [c0, c1) of a level (its ring counted); a few rows at a time."""
+def iterate_rows(level, stride, r, rows, r0, r1, c0, n, momentum, least):
+    """One iteration's w in rows [r, r + rows) and the rest of it one row behind, of those in [r0, r1)."""
     ground, work_x, work_y = level[GROUND], level[WORK_X], level[WORK_Y]
+    first, last = max(r, r0 - 1), min(r + rows, r1 + 1)  # w one row more on each side
+    if first < last:
+        p, m = first * stride + c0, n if n < stride else (last - first) * stride
+        attempts(ground[p:], ground[p + 1 :], level[TRIAL_X][p:], level[OPEN_X][p:], work_x[p:], m)
+        attempts(ground[p:], ground[p + stride :], level[TRIAL_Y][p:], level[OPEN_Y][p:], work_y[p:], m)
+    first, last = max(r - 1, r0), min(r + rows - 1, r1)
+    if first >= last:
+        return
+    p, m = first * stride + c0, n if n < stride else (last - first) * stride
+    shrink(
+        work_x[p:], work_y[p:], work_y[p + 1 :], work_y[p - stride :], work_y[p - stride + 1 :],
+        level[FLOW_X][p:], level[TRIAL_X][p:], m, momentum, least,
+    )  # fmt: skip
+    shrink(
+        work_y[p:], work_x[p:], work_x[p + stride :], work_x[p - 1 :], work_x[p + stride - 1 :],
+        level[FLOW_Y][p:], level[TRIAL_Y][p:], m, momentum, least,
+    )  # fmt: skip
+    add_flows(
+        level[START][p:], level[TRIAL_X][p:], level[TRIAL_X][p - 1 :], level[TRIAL_Y][p:],
+        level[TRIAL_Y][p - stride :], ground[p:], m,
+    )  # fmt: skip
+
+
+@kernel
+def iterate(level, stride, box, count, least):
+    """`count` iterations on the rows and columns of `box` (r0, r1, c0, c1; the ring counted).
+
+    A few of them at a time, each two rows behind the one before it, while these rows are still in the cache.
+    """
+    r0, r1, c0, c1 = box
+    real = level.dtype.type
     n = c1 - c0
     if n > stride // 2:  # whole rows
         c0, n = 1, stride
     rows = max(1, BLOCK // stride) if n == stride else 1
-    for r in range(r0 - 1, r1 + rows, rows):
-        first, last = r, min(r + rows, r1 + 1)  # w one row ahead
-        p, m = first * stride + c0, n if n < stride else (last - first) * stride
-        attempts(ground[p:], ground[p + 1 :], level[TRIAL_X][p:], level[OPEN_X][p:], work_x[p:], m)
-        attempts(ground[p:], ground[p + stride :], level[TRIAL_Y][p:], level[OPEN_Y][p:], work_y[p:], m)
-        first, last = max(r - 1, r0), min(r + rows - 1, r1)
-        if first >= last:
-            continue
-        p, m = first * stride + c0, n if n < stride else (last - first) * stride
-        shrink(
-            work_x[p:], work_y[p:], work_y[p + 1 :], work_y[p - stride :], work_y[p - stride + 1 :],
-            level[FLOW_X][p:], level[TRIAL_X][p:], m, momentum, least,
-        )  # fmt: skip
-        shrink(
-            work_y[p:], work_x[p:], work_x[p + stride :], work_x[p - 1 :], work_x[p + stride - 1 :],
-            level[FLOW_Y][p:], level[TRIAL_Y][p:], m, momentum, least,
-        )  # fmt: skip
-        add_flows(
-            level[START][p:], level[TRIAL_X][p:], level[TRIAL_X][p - 1 :], level[TRIAL_Y][p:],
-            level[TRIAL_Y][p - stride :], ground[p:], m,
-        )  # fmt: skip
+    for k in range(0, count, TOGETHER):
+        together = min(TOGETHER, count - k)
+        for r in range(r0 - 1, r1 + rows + LAG * (together - 1), rows):
+            for i in range(together):
+                momentum = real((k + i) / (k + i + 3))
+                iterate_rows(level, stride, r - LAG * i, rows, r0, r1, c0, n, momentum, least)
 
 
 @kernel
@@ -179,10 +196,7 @@ def cascade(ground, threshold):
             box = prolong(coarse, coarse_stride, level, stride, grids[depth].shape[0], grids[depth].shape[1])
             close(level, stride, box)
         count = FIRST if depth == len(grids) - 1 else ITERATIONS * (1 + depth)
-        for k in range(count):
-            iterate(
-                level, stride, box[0], box[1], box[2], box[3], real(k / (k + 3)), real(0.125 * threshold * 2.0**depth)
-            )
+        iterate(level, stride, box, count, real(0.125 * threshold * 2.0**depth))
         total += count
     return level, stride, total
 

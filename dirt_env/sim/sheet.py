@@ -1,6 +1,6 @@
 """Wide windows of the ground, laid out for fast sweeps, with a ring of one cell around them.
 
-A sheet is an array [9, size] of rows laid out end to end; cell (i, j) of the window lies at
+A sheet is an array [14, size] of rows laid out end to end; cell (i, j) of the window lies at
 p = (i + 1) * stride + j + 1, its right link at p of the rows `_X`, to p + 1, its upper link at p of the rows
 `_Y`, to p + stride. The ring holds what lies around the window: the ground, or beyond a wall a mirror of it,
 over which there are no differences.
@@ -11,7 +11,8 @@ import numpy as np
 from dirt_env.sim.jit import kernel
 
 # The first four as in `window`, for `blade.blocked_links`; NEXT takes the ground after a sweep, HALF is work space.
-GROUND, OPEN_X, OPEN_Y, RATE_Y, RATE_X, NEXT, HALF, FLOW_X, FLOW_Y = range(9)
+# FLOW is what links carry, SENT its whole quanta, REST what is left to send; FINE is the ground without rounding.
+GROUND, OPEN_X, OPEN_Y, RATE_Y, RATE_X, NEXT, HALF, FLOW_X, FLOW_Y, SENT_X, SENT_Y, REST_X, REST_Y, FINE = range(14)
 LANES = 16  # the stride is a multiple of this: whole vector registers
 
 
@@ -34,12 +35,12 @@ def new_sheet(height, window):
     """(sheet, stride) for a window (r0, r1, c0, c1), empty."""
     tall, wide = window[1] - window[0], window[3] - window[2]
     stride = (wide + 2 + LANES - 1) // LANES * LANES
-    return np.zeros((9, (tall + 2) * stride + 2 * LANES), height.dtype), stride
+    return np.zeros((14, (tall + 2) * stride + 2 * LANES), height.dtype), stride
 
 
 @kernel
 def pack_ground(height, sheet, stride, window):
-    """Copy the window's heights and what lies around it into GROUND and NEXT; beyond the map lies the nearest cell."""
+    """Copy heights of and around the window into GROUND, FINE and NEXT; beyond the map lies the nearest cell."""
     rows, cols = height.shape
     r0, r1, c0, c1 = window
     for r in range(r0 - 1, r1 + 1):
@@ -47,8 +48,7 @@ def pack_ground(height, sheet, stride, window):
         base = (r - r0 + 1) * stride - c0 + 1
         for c in range(c0 - 1, c1 + 1):
             level = line[min(max(c, 0), cols - 1)]
-            sheet[GROUND, base + c] = level
-            sheet[NEXT, base + c] = level
+            sheet[GROUND, base + c] = sheet[FINE, base + c] = sheet[NEXT, base + c] = level
 
 
 @kernel
@@ -79,14 +79,14 @@ def pack_links(solid, outside, sheet, stride, window, rows, cols, masked):
 
 @kernel
 def move_flows(old, old_stride, old_window, new, new_stride, new_window):
-    """Take the flows of one sheet over to another."""
+    """Take the flows of one sheet, and what is left to send, over to another."""
     r0, r1 = max(old_window[0], new_window[0]), min(old_window[1], new_window[1])
     c0, c1 = max(old_window[2], new_window[2]), min(old_window[3], new_window[3])
     n = c1 - c0
     for r in range(r0, r1):
         p = (r - old_window[0] + 1) * old_stride + c0 - old_window[2] + 1
         q = (r - new_window[0] + 1) * new_stride + c0 - new_window[2] + 1
-        for part in (FLOW_X, FLOW_Y):
+        for part in (FLOW_X, FLOW_Y, REST_X, REST_Y):
             new[part, q : q + n] = old[part, p : p + n]
 
 
@@ -120,11 +120,11 @@ def hold_ring(ground, after, stride, window, rows, cols, a, b):
 
 
 @kernel
-def drain_rim(outside, before, after, stride, window, rows, cols):
+def drain_rim(outside, before, after, fine, stride, window, rows, cols):
     """Take away what crossed an open border in the last sweep; returns it [m of one cell].
 
     A cell beyond the border then lies at its own level, or at its neighbour's on the map if that is lower: the ground
-    outside takes soil and gives none.
+    outside takes soil and gives none. `fine`: the ground without rounding, which is put at that level too.
     """
     r0, r1, c0, c1 = window
     gone = 0.0
@@ -140,7 +140,7 @@ def drain_rim(outside, before, after, stride, window, rows, cols):
                 neighbour = p + 1 if c < 0 else p - 1
             gone += after[p] - before[p]
             level = outside[min(max(r, 0), rows - 1), min(max(c, 0), cols - 1)]
-            after[p] = min(level, after[neighbour])
+            after[p] = fine[p] = min(level, after[neighbour])
     return gone
 
 

@@ -4,19 +4,21 @@ A super-step of s stages is worth s (s + 1) / 2 explicit sweeps: the Runge-Kutta
 Balsara and Aslam 2014), Y_j = mu_j Y_{j-1} + (1 - mu_j) Y_{j-2} + ..., with mu_j = (2 j - 1) / j. Written for what
 crosses a link in stage j it is a sweep with momentum,
 
-    H_j = (j - 1) / j H_{j-1} + a (2 j - 1) / j F(Y_{j-1}),   Y_j = Y_{j-1} - div round(H_j),
+    H_j = (j - 1) / j H_{j-1} + a (2 j - 1) / j F(Y_{j-1}),   Y_j = Y_{j-1} - div H_j,
 
-in which s no longer appears: a super-step can end after any stage, and heights stay exact.
+in which s no longer appears: a super-step can end after any stage. What crosses a link is rounded every few stages, and
+what that leaves over stays in Y: heights are exact, and rounding makes no noise (see `stages.carry`).
 """
 
 from math import sqrt
+
+import numpy as np
 
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.sheet import (
-    FLOW_X,
-    FLOW_Y,
+    FINE,
     GROUND,
     HALF,
     NEXT,
@@ -38,7 +40,7 @@ from dirt_env.sim.window import clear, widen, window_around
 
 LOOK = 4  # stages between two looks whether all is settled and whether the window is wide enough
 BAND = LOOK + 2  # cells along the window's sides that soil may not have reached at a look
-SHARE = 0.5  # length of a super-step, as a share of the pseudo-time before it
+SHARE = 0.25  # length of a super-step, as a share of the pseudo-time before it
 
 
 @kernel
@@ -61,16 +63,16 @@ def drop_lines(here, high, rate_x, rate_y, result, n):
 
 
 @kernel
-def stages_allowed(elapsed, largest, quantum, single):
+def stages_allowed(elapsed, largest, quantum, most):
     """How many stages the next super-step may have, after `elapsed` pseudo-time (one sweep is worth RATE).
 
-    Its worth, RATE s (s + 1) / 2, is at most SHARE of `elapsed`, and no flow may leave the range in which rounding to
-    the quantum is exact: 2**22 quanta in single precision.
+    Its worth, RATE s (s + 1) / 2, is at most SHARE of `elapsed`, and no flow exceeds `most` quanta, which rounding
+    can take.
     """
-    stages = int((sqrt(1.0 + 8.0 * SHARE * elapsed / RATE) - 1.0) / 2.0)
-    if single and largest > 0:
-        stages = min(stages, int(2.0**22 * quantum / (2.0 * RATE * largest)))
-    return max(stages, 1)
+    stages = (sqrt(1.0 + 8.0 * SHARE * elapsed / RATE) - 1.0) / 2.0
+    if largest > 0:
+        stages = min(stages, most * quantum / (2.0 * RATE * largest))
+    return max(int(stages), 1)
 
 
 @kernel
@@ -98,25 +100,26 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, ela
     largest = (-border, rows + border, -border, cols + border)
     threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
     masked = solid is not None or outside is not None
+    together = 1 if outside is not None else LOOK  # stages whose flows are rounded together; the ledger is of each
+    exact = 2.0**22 / together if height.itemsize == 4 else np.inf  # quanta that one of them may carry
     stages = stage = length = sides = 0
     lost = 0.0
     window = window_around(pending, BAND + 2, rows, cols, border)
     sheet, stride = new_sheet(height, (0, 0, 0, 0))
-    ground, after = sheet[GROUND], sheet[NEXT]
+    ground, fine, after = sheet[GROUND], sheet[FINE], sheet[NEXT]
     before = (0, 0, 0, 0)
     tall = 0
     while True:
         if window != before:
             old, old_stride = sheet, stride
             sheet, stride = new_sheet(height, window)
-            ground, after = sheet[GROUND], sheet[NEXT]
+            ground, fine, after = sheet[GROUND], sheet[FINE], sheet[NEXT]
             tall = window[1] - window[0]
             pack_ground(height, sheet, stride, window)
             pack_links(solid, outside, sheet, stride, window, rows, cols, masked)
             move_flows(old, old_stride, before, sheet, stride, window)
             if outside is not None:
-                drain_rim(outside, ground, ground, stride, window, rows, cols)
-                after[:] = ground
+                drain_rim(outside, ground, ground, fine, stride, window, rows, cols)
             before = window
         if stages % LOOK == 0:
             if count_unsettled(sheet, ground, stride, tall, masked, settled) == 0:
@@ -134,23 +137,24 @@ def avalanche(height, solid, outside, changed, pending, cell, soil, quantum, ela
             break
         if stage == length:
             elapsed += RATE * stage * (stage + 1) / 2
-            length = stages_allowed(elapsed, largest_drop(sheet, ground, stride, tall), quantum, height.itemsize == 4)
+            length = stages_allowed(elapsed, largest_drop(sheet, ground, stride, tall), quantum, exact)
             stage = 0
-        run = min(length - stage, most - stages, LOOK - stages % LOOK, 1 if masked else LOOK)
+        run = min(length - stage, most - stages, together, LOOK - stages % LOOK)
         if masked:
-            momentum, gain = weights(stage + 1, real)
-            masked_stage(sheet, ground, after, stride, tall, momentum, gain, threshold, lock)
-            if outside is not None:
-                lost += drain_rim(outside, ground, after, stride, window, rows, cols)
+            for i in range(run):
+                if outside is not None:
+                    sheet[HALF] = ground
+                momentum, gain = weights(stage + i + 1, real)
+                masked_stage(sheet, fine, after, stride, tall, momentum, gain, threshold, lock, i == run - 1)
+                if outside is not None:
+                    lost += drain_rim(outside, sheet[HALF], ground, after, stride, window, rows, cols)
+                fine, after = after, fine
         else:
-            flow_x, flow_y = sheet[FLOW_X], sheet[FLOW_Y]
-            lean_stages(
-                ground, after, flow_x, flow_y, stride, window, rows, cols, stage, run, threshold * threshold, lock
-            )
+            lean_stages(sheet, fine, after, stride, window, rows, cols, stage, run, threshold * threshold, lock)
+            if run % 2 == 1:
+                fine, after = after, fine
         stage += run
         stages += run
-        if run % 2 == 1:
-            ground, after = after, ground
     unpack_ground(height, ground, stride, window)
     widen(changed, max(window[0], 0), min(window[1], rows), max(window[2], 0), min(window[3], cols))
     return stages, lost

@@ -10,6 +10,7 @@ from dirt_env.bench.accuracy.studies import STUDIES
 
 BASE_CELLS, BASE_TOLERANCE = 64, 1e-3
 TOLERANCES = (1e-1, 3e-2, 1e-2, 4e-3, 1e-4)  # beside the base; shares of repose
+LOOSE = (1e-2, 3e-2)  # tolerances at which the collapse is run at every fine resolution too
 CAPPED = ("column-collapse", "wedge", "trench-spoil")  # problems at which caps are swept
 CAPS = (16, 64, 256, 1024)  # sweeps
 COLLAPSE = "column-collapse"  # with all settings in the quick set too
@@ -107,6 +108,9 @@ def _full_sweep(problem: Problem, method: Method) -> Iterator[Item]:
         yield from (base._replace(tolerance=tolerance) for tolerance in TOLERANCES)
     if "cap" in method.knobs and problem.name in CAPPED:
         yield from (base._replace(cap=cap) for cap in CAPS)
+    if problem.name == COLLAPSE and not method.explicit:  # fine ground is what a looser tolerance is for
+        fine = [cells for cells in problem.cells if cells > BASE_CELLS]
+        yield from (base._replace(cells=cells, tolerance=tolerance) for cells in fine for tolerance in LOOSE)
     if "precision" in method.knobs:
         yield base._replace(precision="f8")
     if problem.kind in STEPPED:

@@ -50,7 +50,10 @@ def target_of(problem: str, cells: int) -> tuple[float | None, float | None]:
 
 
 def best(target: Target, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
-    """The row that comes nearest: the fastest of those that keep the bound, or else the one that misses it least."""
+    """The row that comes nearest: the fastest of those that keep the bound, or else the one that misses it least.
+
+    Of those that ran to their end: sweeps that were cut off prove nothing.
+    """
 
     def misses(row: dict[str, Any]) -> float:
         return target.bound - row[target.column] if target.least else abs(row[target.column]) - target.bound
@@ -60,6 +63,7 @@ def best(target: Target, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
         for row in rows
         if (row["problem"], row["cells"]) == (target.problem, target.cells)
         and row["method"] in target.methods
+        and row["cap"] is None
         and target.setting in ("", row["setting"])
         and row[target.column] is not None
     ]

@@ -213,10 +213,43 @@ def the_window_is_exact():
     ground = tower(80, 60, 50.0)
     (small, grid), (whole, _) = (world_of(ground) for _ in range(2))
     small.pending[:] = 40, 41, 30, 31
-    sweeps = [settle(whole, grid, SOIL, "explicit")]
+    sweeps = settle(whole, grid, SOIL, "explicit")
     while small.pending[1] > small.pending[0]:
         one_sweep(small, grid)
-    return f"{sweeps[0]} sweeps", np.array_equal(small.height, whole.height)
+    return f"{sweeps} sweeps", np.array_equal(small.height, whole.height)
+
+
+def _by_method(method, heaps):
+    """How a way to settle ends on some grounds: worst distance from plain sweeps over the soil, the most sweeps."""
+    worst, most, good = 0.0, 0, True
+    for ground in heaps:
+        (plain, grid), (world, _) = (world_of(ground) for _ in range(2))
+        before = total(world)
+        settle(plain, grid, SOIL, "explicit")
+        most = max(most, settle(world, grid, SOIL, method))
+        good &= total(world) == before and rests(world, grid) and bool(np.isfinite(world.height).all())
+        worst = max(worst, float(np.abs(world.height - plain.height).sum() / np.abs(ground).sum()))
+    return f"at most {most} sweeps, {100 * worst:.2f} % from plain sweeps", good, worst
+
+
+def _hard_grounds():
+    cliff = np.zeros((24, 80))
+    cliff[:, 40:] = 20.0
+    ramp = np.tile(1.01 * SLOPE * CELL * np.arange(96.0), (96, 1))
+    board = 10.0 * (np.indices((40, 40)).sum(0) % 2)
+    return [tower(65, 65, 900.0), cliff, ramp, board, np.abs(rough(64, 64, 5.0))]
+
+
+@case("super-steps on a tower, cliff, long ramp, checkerboard, noise: sum equal, at rest, within 3 % of plain sweeps")
+def settled_by_super_steps():
+    text, good, worst = _by_method("super", _hard_grounds())
+    return text, good and worst < 0.03
+
+
+@case("the projection on the same: sum equal, at rest; it is another physics, so within 25 % of plain sweeps only")
+def settled_by_projection():
+    text, good, worst = _by_method("projection", _hard_grounds())
+    return text, good and worst < 0.25
 
 
 @case("NaN, infinity: refused before a world is made, with how many cells")

@@ -36,7 +36,9 @@ def test_the_full_set_sweeps_one_setting_at_a_time():
     for item in items:
         if item.problem in PROBLEMS and PROBLEMS[item.problem].kind not in ("sweep", "flux"):
             moved = [item.cells != BASE_CELLS, item.tolerance not in (None, 1e-3), item.cap is not None]
-            assert sum([*moved, item.precision == "f8" and item.method != "paper"]) <= 1
+            departs = sum([*moved, item.precision == "f8" and item.method != "paper"])
+            loose = item.problem == "column-collapse" and item.tolerance in (1e-2, 3e-2)
+            assert departs <= 1 or (departs == 2 and loose)
     own = [item for item in items if (item.problem, item.method) == ("column-collapse", "explicit")]
     for column, least in (("tolerance", 6), ("cap", 5), ("cells", 4), ("precision", 2)):
         assert len({getattr(item, column) for item in own}) >= least
@@ -137,6 +139,7 @@ def test_a_target_is_held_against_the_fastest_that_keeps_it():
     assert not is_met(target, best(target, rows))
     assert is_met(target, rows[1] | {"cpu_ms": 1.5})
     assert best(target, []) is None
+    assert best(target, [rows[1] | {"cap": 16}]) is None  # cut off
 
 
 def test_the_comparison_takes_the_time_to_the_smallest_error_and_of_the_default_that_to_one_percent():
