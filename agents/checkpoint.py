@@ -27,7 +27,7 @@ from .settings import Settings
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
-UNREADABLE = (KeyError, OSError, ValueError, zipfile.BadZipFile)
+UNREADABLE = (EOFError, KeyError, OSError, ValueError, zipfile.BadZipFile)
 
 
 def versions() -> dict[str, str]:
@@ -95,7 +95,8 @@ def read(path: Path) -> Checkpoint:
 
 def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
-    wanted, kept = (dict(_flat(tree)) for tree in (json.loads(json.dumps(settings.to_dict())), found.metadata["settings"]))
+    here = json.loads(json.dumps(settings.to_dict()))
+    wanted, kept = dict(_flat(here)), dict(_flat(found.metadata["settings"]))
     other = [key for key in {**kept, **wanted} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])

@@ -1,6 +1,5 @@
 """A trained model's actor as arrays that `agents/network.py` reads."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np

@@ -24,7 +24,8 @@ UPDATE = {  # name: that of stable-baselines3
     "explained_variance": "train/explained_variance",
     "std": "train/std",
 }
-COLUMNS = ("steps", "seconds", "stage", "episodes", *EPISODE, *UPDATE, "environment", "inference", "update", "steps_per_s")
+TIME = ("environment", "inference", "update", "steps_per_s")
+COLUMNS = ("steps", "seconds", "stage", "episodes", *EPISODE, *UPDATE, *TIME)
 
 
 class Table:
@@ -62,17 +63,23 @@ class Logbook:
         self._board = SummaryWriter(str(out / "tensorboard"), purge_step=steps + 1)
 
     def note(
-        self, steps: int, seconds: float, stage: int, ended: Sequence[Ended], update: Mapping[str, float], shares: Mapping
+        self,
+        steps: int,
+        seconds: float,
+        stage: int,
+        ended: Sequence[Ended],
+        update: Mapping[str, float],
+        time: Mapping[str, float],
     ) -> None:
-        """One rollout and update: the episodes that ended in it, what the update says, where the time went."""
-        means = {name: "" for name in EPISODE}
+        """One rollout and update: the episodes that ended in it, what the update says, and TIME."""
+        means = dict.fromkeys(EPISODE, "")
         if ended:
             columns = zip(*(one[1:] for one in ended), strict=True)
             means = {name: float(np.mean(column)) for name, column in zip(EPISODE, columns, strict=True)}
         found = {name: float(update[key]) for name, key in UPDATE.items() if key in update}
-        row = {"steps": steps, "seconds": seconds, "stage": stage, "episodes": len(ended), **means, **found, **shares}
+        row = {"steps": steps, "seconds": seconds, "stage": stage, "episodes": len(ended), **means, **found, **time}
         self._training.add(row)
-        for name, value in {**means, **found, **shares, "stage": stage}.items():
+        for name, value in {**means, **found, **time, "stage": stage}.items():
             if value != "":
                 self._board.add_scalar(f"training/{name}", value, steps)
         for level in {one.level for one in ended} - {None}:

@@ -22,7 +22,7 @@ from dirt_env.task.observation import POSE_ENTRIES
 
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
-UNREADABLE = (KeyError, OSError, ValueError, zipfile.BadZipFile)
+UNREADABLE = (EOFError, KeyError, OSError, ValueError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class LearnedPolicy:
     sees = "patch"
 
     def __init__(self, network: Network, metadata: Mapping[str, Any]) -> None:
-        """`metadata["observation"]` are the keys of the scene's table `observation` that the network was trained with."""
+        """`metadata["observation"]`: the keys of the scene's table `observation` that it was trained with."""
         self.network, self.metadata = network, metadata
         self.observation = dict(metadata["observation"])
 

@@ -8,11 +8,13 @@ from typing import Any
 
 from dirt_env.config import load
 from dirt_env.config.loading import merge
-from dirt_env.config.rules import Choice, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
+from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
+from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 
 FROM_ONE = Number(1, whole=True)
 POSITIVE = Number(0, above=True)
 SHARE = Number(0, 1)
+WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
 
 
 @dataclass(frozen=True)
@@ -127,6 +129,15 @@ class Whole(Rule):
 
 
 @dataclass(frozen=True)
+class SceneName(Rule):
+    """The name of a shipped scene, or the path of a TOML file from the folder of the settings; kept absolute."""
+
+    def read(self, value, key, folder):
+        name = Text().read(value, key, folder)
+        return FilePath().read(name, key, folder) if name.endswith(".toml") else name
+
+
+@dataclass(frozen=True)
 class SceneKeys(Rule):
     """Tables and keys of a scene, which the scene itself checks."""
 
@@ -148,7 +159,7 @@ TRAINING = Table(
         "steps": FROM_ONE,
         "seed": Number(0, whole=True),
         "device": Choice(("cpu", "cuda", "auto")),
-        "worlds": Table(Worlds, {"count": FROM_ONE, "scene": Text(), "set": SceneKeys(), "threads": FROM_ONE}),
+        "worlds": Table(Worlds, {"count": WORLDS, "scene": SceneName(), "set": SceneKeys(), "threads": FROM_ONE}),
         "stage": Many(STAGE),
         "network": Table(
             Network,
@@ -200,9 +211,6 @@ def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
         raise ValueError(f"config {path} is no TOML: {error}") from None
     written = merge(written, overrides)
     known_keys(written, "", TRAINING.rules)
-    scene = written.get("worlds", {}).get("scene", "") if isinstance(written.get("worlds"), Mapping) else ""
-    if isinstance(scene, str) and scene.endswith(".toml"):
-        written = merge(written, {"worlds": {"scene": str((path.parent / scene).resolve())}})
     settings = replace(TRAINING.read(written, "", path.parent), name=path.stem)
     _check(settings)
     return settings
@@ -238,7 +246,8 @@ def _check(settings: Settings) -> None:
             raise ValueError(
                 f"stage[{number}].levels are {len(stage.levels)}; allowed: at most worlds.count {settings.worlds.count}"
             )
-    for level in {level for stage in settings.stages for level in stage.levels or (None,)} | set(settings.record.levels):
+    played = [*settings.stages, settings.record]
+    for level in {level for one in played for level in one.levels or (None,)}:
         seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
         _check_size(network, seen.size)
 

@@ -23,7 +23,7 @@ from .extractor import PatchAndPose
 from .logbook import Logbook
 from .network import read, written
 from .selection import Selection
-from .settings import Ppo, Settings
+from .settings import Settings
 
 CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
 
