@@ -250,7 +250,7 @@ def _check(settings: Settings) -> None:
     for level in {level for one in played for level in one.levels or (None,)}:
         seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
         if seen.overview or seen.map:
-            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose, all it looks at")
+            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
         _check_size(network, seen.size)
 
 

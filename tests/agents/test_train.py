@@ -181,3 +181,9 @@ def test_the_learning_rate_falls_over_the_whole_run(finished):
     header, *rows = [line.split(",") for line in (finished / "training.csv").read_text().splitlines()]
     rates = [float(row[header.index("learning_rate")]) for row in rows]
     assert rates == pytest.approx([5e-4 * (1 - 0.9 * (i + 1) / 3) for i in range(3)], rel=1e-5)
+
+
+def test_without_torch_it_says_what_to_install(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dirt_env.agents.trainer", None)
+    assert main(["--config", str(SMOKE), "--out", str(tmp_path)]) == 2
+    assert 'training needs more than the environment: pip install ".[train]"' in capsys.readouterr().err
