@@ -6,7 +6,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from dirt_env.config import load
 from dirt_env.split import training_seeds
@@ -15,7 +15,6 @@ from .settings import Settings, Stage, overrides_of
 from .vec_env import DirtPushVecEnv
 
 JUDGED = 100  # episodes of each level that decide whether a stage is done
-STAND = np.array([0.0, 0.0, 1.0], np.float32)
 
 
 class Ended(NamedTuple):
@@ -38,9 +37,7 @@ class Course(DirtPushVecEnv):
     def __init__(self, settings: Settings, number: int = 0) -> None:
         """Make the worlds of stage `number`."""
         self.settings, self.number = settings, number
-        options = _worlds(settings, self.stage)
-        super().__init__(settings.worlds.count, info="end", **options)
-        self._length = options["max_episode_steps"]
+        super().__init__(settings.worlds.count, info="end", **_worlds(settings, self.stage))
         self.returns = np.zeros(self.num_envs)
         self.ended: list[Ended] = []
         self.seconds = 0.0  # spent in the environment
@@ -57,22 +54,6 @@ class Course(DirtPushVecEnv):
         seed = self.settings.seed if seed is None else seed
         self._seeds = training_seeds(np.random.default_rng([seed, self.number]), self.num_envs)
         return self._seeds
-
-    def reset(self) -> VecEnvObs:
-        """Start new episodes in all worlds, and let each machine stand for a while of its own, up to a whole episode.
-
-        So every update knows episodes of every age. Did all begin at once, one update would see the beginning of all
-        jobs, and another only their ends.
-        """
-        observations = super().reset()
-        self.returns[:] = 0.0
-        generator = np.random.default_rng([self.settings.seed, self.number, 1])
-        start = generator.permutation(self.num_envs) * self._length // self.num_envs
-        for step in range(self._length - 1):
-            if (start == step).any():
-                self.native.reset(options={"reset_mask": start == step})
-            observations = self.native.step(np.tile(STAND, (self.num_envs, 1)))[0]
-        return observations
 
     def step_wait(self) -> VecEnvStepReturn:
         """As in `DirtPushVecEnv`; takes the time, and notes the episodes that end."""
@@ -102,9 +83,8 @@ class Course(DirtPushVecEnv):
         """Go on to the next stage; `reset` starts its first episodes."""
         self.number += 1
         self.native.close()
-        options = _worlds(self.settings, self.stage)
-        self.native = DirtPushVecEnv(self.num_envs, info="end", **options).native
-        self._length = options["max_episode_steps"]
+        self.native = DirtPushVecEnv(self.num_envs, info="end", **_worlds(self.settings, self.stage)).native
+        self.returns[:] = 0.0
         self._judged = self._blank_sheets()
         self.seed()
 
