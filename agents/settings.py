@@ -233,6 +233,17 @@ def _check(settings: Settings) -> None:
         raise ValueError(
             f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
         )
+    _check_stages(settings)
+    played = [*settings.stages, settings.record]
+    for level in {level for one in played for level in one.levels or (None,)}:
+        seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
+        if seen.overview or seen.map:
+            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
+        _check_size(network, seen.size)
+
+
+def _check_stages(settings: Settings) -> None:
+    """Raise ValueError where a stage but the last never ends, or the last one does."""
     if not settings.stages:
         raise ValueError("stage is empty; allowed: one [[stage]] or more")
     for number, stage in enumerate(settings.stages):
@@ -246,12 +257,6 @@ def _check(settings: Settings) -> None:
             raise ValueError(
                 f"stage[{number}].levels are {len(stage.levels)}; allowed: at most worlds.count {settings.worlds.count}"
             )
-    played = [*settings.stages, settings.record]
-    for level in {level for one in played for level in one.levels or (None,)}:
-        seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
-        if seen.overview or seen.map:
-            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
-        _check_size(network, seen.size)
 
 
 def _check_size(network: Network, size: int) -> None:
