@@ -10,6 +10,7 @@ EPISODES ?= 3
 SEED ?= 0
 OUT ?= runs/demo
 WORKERS ?= 2
+CONFIG ?= configs/train/ppo_heap.toml
 # Say where a smaller, CPU-only build of torch is to be had (an index for pip), if you do not want the default one.
 TORCH_INDEX ?=
 OLDEST = gymnasium==1.2.2
@@ -18,16 +19,21 @@ MANY_SWEEPS = tests/sim/test_slump.py tests/sim/test_advance.py tests/sim/test_v
 
 environment = @PYTHON="$(PYTHON)" sh .ci/environment
 pytest = .venv/test/bin/python -m pytest
+torch_index = $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX))
 
 .PHONY: help
 help: ## what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-18s %s\n", $$1, $$2 }' Makefile
 	@echo
-	@echo "Variables: PYTHON, SCENE, POLICY, EPISODES, SEED, OUT (demo), WORKERS, TESTS (test), TORCH_INDEX."
+	@echo "Variables: PYTHON, SCENE, POLICY, EPISODES, SEED, OUT (demo), CONFIG (train), WORKERS, TESTS (test), TORCH_INDEX."
 
 .PHONY: demo
 demo: .venv-demo ## set up what it needs, then push the soil of a scene: pictures and numbers in runs/demo/
 	.venv/demo/bin/dirt-push run --scene $(SCENE) --policy $(POLICY) --episodes $(EPISODES) --seed $(SEED) --out $(OUT)
+
+.PHONY: train
+train: .venv-train ## set up what it needs, then train a policy, or go on with it (CONFIG, SEED)
+	@.venv/train/bin/python agents/train.py --config $(CONFIG) --seed $(SEED)
 
 .PHONY: test
 test: check ## set up what it needs, then lint, contracts and all tests (TESTS="tests/sim -k slump" for some)
@@ -69,12 +75,15 @@ clean: ## remove everything that was made, environments included
 	@rm -rf .venv build dist runs *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-.PHONY: .venv-demo .venv-test .venv-oldest .venv-ray
+.PHONY: .venv-demo .venv-train .venv-test .venv-oldest .venv-ray
 .venv-demo:
 	$(environment) demo 400 -c constraints.txt -e '.[render]'
 
+.venv-train:
+	$(environment) train 1500 $(torch_index) -c constraints.txt -e '.[train]'
+
 .venv-test:
-	$(environment) test 2000 $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) -c constraints.txt -e '.[all,dev]'
+	$(environment) test 2000 $(torch_index) -c constraints.txt -e '.[all,dev]'
 
 .venv-oldest:
 	@mkdir -p .venv && sed 's/^gymnasium==.*/$(OLDEST)/' constraints.txt > .venv/oldest.txt

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 import sys
 import tomllib
 import warnings
@@ -45,7 +46,8 @@ def _parser() -> argparse.ArgumentParser:
         "--policy",
         default="adaptive_push",
         metavar="NAME",
-        help="what drives (default: adaptive_push), or module:Class; two with a comma are played side by side",
+        help="what drives (default: adaptive_push), a policy.npz of training, or module:Class; two with a comma are "
+        "played side by side",
     )
     run.add_argument("--episodes", type=_whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=_whole(0), default=0, metavar="S", help="of the first layout (default: 0)")
@@ -102,7 +104,9 @@ def _accuracy(options: argparse.Namespace) -> int:
 
 def _add_evaluate(commands: Any) -> None:
     evaluate = commands.add_parser("evaluate", help="compare policies on held-out layouts; figures with intervals")
-    evaluate.add_argument("--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, or module:Class")
+    evaluate.add_argument(
+        "--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, .npz files, or module:Class"
+    )
     evaluate.add_argument(
         "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, hauls, surfaces, all, or TOML"
     )
@@ -170,7 +174,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _as_folder(policy: str) -> str:
-    return policy.replace(":", "-")
+    """A name for a folder: of a path or module:attribute, without what folders cannot have in theirs."""
+    return re.sub(r"[^\w.-]+", "-", policy.removesuffix(".npz")).strip("-.")
 
 
 def _play(run: Any, episodes: int, out: Path) -> int:

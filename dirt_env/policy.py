@@ -1,4 +1,4 @@
-"""What acts: the protocol of policies, the scripted ones by name, and anybody's own by `module:attribute`."""
+"""What acts: the protocol of policies; scripted ones by name, trained ones by file, your own by `module:attribute`."""
 
 import sys
 import traceback
@@ -17,7 +17,10 @@ import numpy as np
 from dirt_env.config import SceneConfig
 
 PACKAGE = "dirt_env.baselines"
+NETWORK = "dirt_env.agents.network"  # reads what training has written
+TRAINED = ".npz"
 SEES = ("map", "patch", "nothing")
+OTHERS = "a .npz file that training has written; or your own as module:attribute"
 FORM = "allowed: module:attribute, a class or function that is called with the scene's config, as in my_rules:MyPush"
 Observation = Mapping[str, np.ndarray]
 
@@ -27,6 +30,9 @@ class Policy(Protocol):
 
     `sees` says what it looks at, so that comparisons stay honest: "patch" (what the machine sees itself: `patch`,
     `pose`, `overview`), "map" (the whole site; made with observation={"map": True}), or "nothing".
+
+    `observation`, if it has one, is a mapping with the keys of the scene's table `observation` that it needs, such as
+    {"size": 24}; `dirt-push run` and `evaluate` show it what it needs.
 
     A policy of your own is named `module:attribute`: a class, or a function such as `make`, that is called with the
     `SceneConfig` and gives the policy. The module may be a file in the current folder. An evaluation makes a new
@@ -43,11 +49,13 @@ class Policy(Protocol):
 
 
 def load_policy(name: str, config: SceneConfig) -> Policy:
-    """The policy of that name for a scene: a scripted behaviour, or `module:attribute`.
+    """The policy of that name for a scene: a scripted behaviour, a trained policy's .npz file, or `module:attribute`.
 
     Raises ValueError for a name that is not known, or something that is no policy, and ImportError for a module that
     cannot be imported, with a sentence that helps.
     """
+    if name.endswith(TRAINED):
+        return import_module(NETWORK).load(name, config)
     if ":" not in name:
         return _module(name).make(config)
     maker = _maker(name)
@@ -62,6 +70,11 @@ def load_policy(name: str, config: SceneConfig) -> Policy:
     return _checked(name, policy)
 
 
+def needed(policy: Policy) -> dict[str, Any]:
+    """The keys of a scene's table `observation` that make an environment show what the policy looks at."""
+    return {**getattr(policy, "observation", {}), **({"map": True} if policy.sees == "map" else {})}
+
+
 def policy_names() -> tuple[str, ...]:
     """Names of the scripted behaviours."""
     modules = iter_modules(import_module(PACKAGE).__path__)
@@ -74,7 +87,9 @@ def describe_policy(name: str) -> str:
 
 
 def policy_file(name: str) -> Path | None:
-    """The file that a policy of somebody's own is written in; None for a scripted behaviour."""
+    """The file that a trained policy, or one of somebody's own, is written in; None for a scripted behaviour."""
+    if name.endswith(TRAINED):
+        return Path(name).expanduser()
     if ":" not in name:
         return None
     found = getattr(_own_module(name), "__file__", None)
@@ -84,7 +99,7 @@ def policy_file(name: str) -> Path | None:
 def _module(name: str) -> ModuleType:
     known = policy_names()
     if name not in known:
-        raise ValueError(f"policy is {name!r}; known: {', '.join(known)}; or your own as module:attribute")
+        raise ValueError(f"policy is {name!r}; known: {', '.join(known)}; {OTHERS}")
     return import_module(f"{PACKAGE}.{name}")
 
 
@@ -141,4 +156,6 @@ def _checked(name: str, policy: Any) -> Policy:
         )
     if (sees := getattr(policy, "sees", None)) not in SEES:
         raise ValueError(f"policy {name}: its `sees` is {sees!r}; allowed: {', '.join(map(repr, SEES))}")
+    if not isinstance(getattr(policy, "observation", {}), Mapping):
+        raise ValueError(f"policy {name}: its `observation` is {policy.observation!r}; allowed: a mapping of keys")
     return policy

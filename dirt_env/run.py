@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env import __version__
+from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import load_policy
+from dirt_env.policy import load_policy, needed
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 from dirt_env.render.pair import write_pair
@@ -53,8 +54,8 @@ class Run:
         self.scene, self.policy_name, self.seed = scene, policy, seed
         self.env = DirtPushEnv(scene=scene, **(overrides or {}))
         self.policy = load_policy(policy, self.env.config)
-        if self.policy.sees == "map":
-            self.env = DirtPushEnv(scene=scene, **_with_map(overrides or {}))
+        if observation := needed(self.policy):
+            self.env = DirtPushEnv(scene=scene, **merge(overrides or {}, {"observation": observation}))
         config = self.env.config
         self.steps = steps or config.steps
         self.summaries: list[Summary] = []
@@ -150,7 +151,3 @@ def write_side_by_side(left: Run, right: Run, folder: Path) -> Path:
     path, config = folder / SIDE_BY_SIDE, left.env.config
     write_pair(path, f"{config.name}: {config.description}", {run.policy_name: run.recorder for run in (left, right)})
     return path
-
-
-def _with_map(overrides: Mapping[str, Any]) -> dict[str, Any]:
-    return {**overrides, "observation": {**overrides.get("observation", {}), "map": True}}

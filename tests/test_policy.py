@@ -28,6 +28,9 @@ class Bare:
 class Blind(MyPush):
     sees = "stars"
 
+class Odd(MyPush):
+    observation = "large"
+
 class NoConfig(MyPush):
     def __init__(self): pass
 
@@ -69,6 +72,7 @@ def test_a_class_or_function_in_the_current_folder(name, folder):
         ("rules_of_mine:number", ValueError, "is a int; allowed: module:attribute"),
         ("rules_of_mine:Bare", ValueError, r"gives a Bare without reset and act; allowed: reset\(seed\)"),
         ("rules_of_mine:Blind", ValueError, "its `sees` is 'stars'; allowed: 'map', 'patch', 'nothing'"),
+        ("rules_of_mine:Odd", ValueError, "its `observation` is 'large'; allowed: a mapping of keys"),
         ("rules_of_mine:NoConfig", ValueError, "cannot be called with a config"),
         ("rules_of_mine:Raises", ValueError, r"cannot be made: AttributeError.*rules_of_mine.py, line"),
         ("rules_of_mine:", ValueError, "allowed: module:attribute"),

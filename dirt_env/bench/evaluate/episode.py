@@ -9,8 +9,9 @@ import numpy as np
 
 from dirt_env.bench.evaluate.suite import Task
 from dirt_env.config import SceneConfig
+from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import complaint, load_policy
+from dirt_env.policy import complaint, load_policy, needed
 from dirt_env.rollout import play
 
 INTERVALS = 60  # of the recorded curve over the episode's nominal length
@@ -64,7 +65,7 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     text = json.dumps(trial.task.written(), sort_keys=True)
     config = _config(text)
     policy = load_policy(trial.policy, config)
-    env = _env(text, policy.sees == "map")
+    env = _env(text, json.dumps(needed(policy), sort_keys=True))
     steps = trial.task.steps or config.steps
     shares, lacks = [], []
 
@@ -123,10 +124,8 @@ def _config(task: str) -> SceneConfig:
 
 
 @lru_cache(maxsize=_KEPT)
-def _env(task: str, with_map: bool) -> DirtPushEnv:
-    overrides = json.loads(task)["overrides"]
-    if with_map:
-        overrides = {**overrides, "observation": {**overrides.get("observation", {}), "map": True}}
+def _env(task: str, observation: str) -> DirtPushEnv:
+    overrides = merge(json.loads(task)["overrides"], {"observation": json.loads(observation)})
     return DirtPushEnv(scene=json.loads(task)["scene"], **overrides)
 
 

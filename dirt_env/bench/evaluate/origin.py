@@ -7,18 +7,19 @@ from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from dirt_env import __version__
 from dirt_env.bench.provenance import LIBRARIES, commit, processor
-from dirt_env.policy import PACKAGE, policy_file
+from dirt_env.policy import NETWORK, PACKAGE, policy_file
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def code_digest(policies: Sequence[str]) -> str:
-    """A digest of the sources of the library, of the scripted behaviours and of the files of these policies."""
+    """A digest of the sources of library, scripted behaviours and networks, and of the files of these policies."""
     digest = hashlib.sha256(_library_digest())
     for name in policies:
         if (path := policy_file(name)) is not None:
@@ -34,6 +35,7 @@ def _library_digest() -> bytes:
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.relative_to(folder).as_posix().encode())
             digest.update(path.read_bytes())
+    digest.update(Path(find_spec(NETWORK).origin).read_bytes())
     return digest.digest()
 
 

@@ -1,0 +1,154 @@
+"""A training run as one file that is either the old or the new one, and from which it goes on to the same last bit.
+
+Weights, optimiser, running statistics, random generators, worlds in mid-episode, curriculum and counters; with the
+settings, versions and seed. A .npz without pickles, so that reading one runs no code.
+"""
+
+import io
+import json
+import platform
+import zipfile
+from collections.abc import Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecNormalize
+
+from dirt_env import __version__
+from dirt_env.config.rules import join
+from dirt_env.render.atomic import write_atomically
+
+from .course import Course
+from .settings import Settings
+
+FORMAT = "dirt-push checkpoint 1"
+RUNNING = ("mean", "var", "count")
+UNREADABLE = (EOFError, KeyError, OSError, ValueError, zipfile.BadZipFile)
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes."""
+    libraries = ("numpy", "numba", "gymnasium", "torch", "stable_baselines3")
+    return {
+        "python": platform.python_version(),
+        "dirt_env": __version__,
+        **{name: version(name) for name in libraries},
+    }
+
+
+class Checkpoint(NamedTuple):
+    """What a file holds: `metadata` as plain values, and arrays by name."""
+
+    metadata: dict[str, Any]
+    arrays: dict[str, np.ndarray]
+
+
+def save(path: Path, settings: Settings, model: PPO, env: VecNormalize, course: Course, notes: Mapping) -> None:
+    """Write the run's state; `notes` are plain values of the trainer's own."""
+    generator = np.random.get_state(legacy=False)  # noqa: NPY002  stable-baselines3 draws from it
+    state = course.state()
+    metadata = {
+        "format": FORMAT,
+        "settings": settings.to_dict(),
+        "versions": versions(),
+        "seed": settings.seed,
+        "steps": model.num_timesteps,
+        "updates": model._n_updates,
+        "stage": course.number,
+        "judged": state.pop("judged"),
+        "numpy": {**generator, "state": {"pos": generator["state"]["pos"]}},
+        "notes": dict(notes),
+    }
+    arrays = {f"policy/{name}": tensor.cpu().numpy() for name, tensor in model.policy.state_dict().items()}
+    for index, moments in model.policy.optimizer.state_dict()["state"].items():
+        arrays |= {f"optimizer/{index}/{name}": value.cpu().numpy() for name, value in moments.items()}
+    arrays |= {f"worlds/{name}": array for name, array in state.items()}
+    arrays |= {f"seen/{name}": array for name, array in model._last_obs.items()}
+    arrays |= {f"running/{name}": array for name, array in _running(env).items()}
+    arrays["begins"] = model._last_episode_starts
+    arrays["torch"] = torch.get_rng_state().numpy()
+    arrays["numpy"] = generator["state"]["key"]
+    if torch.cuda.is_available() and model.device.type == "cuda":
+        arrays["cuda"] = torch.cuda.get_rng_state(model.device).numpy()
+    content = io.BytesIO()
+    text = json.dumps(metadata, allow_nan=False).encode()
+    np.savez(content, metadata=np.frombuffer(text, np.uint8), **arrays)
+    write_atomically(path, content.getvalue())
+
+
+def read(path: Path) -> Checkpoint:
+    """What the file holds; raises ValueError where it is damaged or of another version."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        metadata = json.loads(bytes(arrays.pop("metadata")))
+        if metadata["format"] != FORMAT:
+            raise ValueError(f"its format is {metadata['format']!r}; allowed: {FORMAT!r}")
+    except UNREADABLE as error:
+        raise ValueError(f"checkpoint {path} is damaged: {error}; allowed: --fresh, or another --out") from error
+    return Checkpoint(metadata, arrays)
+
+
+def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
+    """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
+    here = json.loads(json.dumps(settings.to_dict()))
+    wanted, kept = dict(_flat(here)), dict(_flat(found.metadata["settings"]))
+    other = [key for key in {**kept, **wanted} if kept.get(key) != wanted.get(key)]
+    if other:
+        differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])
+        raise ValueError(
+            f"{path} is of a run with other settings: {differences}; allowed: the same, --fresh to begin anew, "
+            "or another --out"
+        )
+
+
+def restore(found: Checkpoint, model: PPO, env: VecNormalize, course: Course) -> None:
+    """Let a model and worlds that were made by the same settings, at the same stage, go on from a checkpoint."""
+    metadata, arrays = found
+    worlds = _under(arrays, "worlds/")
+    course.set_state({**worlds, "judged": metadata["judged"]})
+    model.policy.load_state_dict({name: torch.from_numpy(array) for name, array in _under(arrays, "policy/").items()})
+    _restore_optimiser(model.policy.optimizer, _under(arrays, "optimizer/"))
+    model.num_timesteps, model._n_updates = metadata["steps"], metadata["updates"]
+    model._last_obs, model._last_episode_starts = _under(arrays, "seen/"), arrays["begins"]
+    for name, array in _under(arrays, "running/").items():
+        where, _, part = name.partition(".")
+        holder = {"env": env, "returns": env.ret_rms, "pose": getattr(env, "obs_rms", {}).get("pose")}[where]
+        setattr(holder, part, float(array) if array.ndim == 0 else array)
+    kept = metadata["numpy"]
+    np.random.set_state({**kept, "state": {"key": arrays["numpy"], "pos": kept["state"]["pos"]}})  # noqa: NPY002
+    torch.set_rng_state(torch.from_numpy(arrays["torch"]))
+    if "cuda" in arrays and model.device.type == "cuda":
+        torch.cuda.set_rng_state(torch.from_numpy(arrays["cuda"]), model.device)
+
+
+def _restore_optimiser(optimiser: torch.optim.Optimizer, arrays: Mapping[str, np.ndarray]) -> None:
+    state: dict[int, dict[str, torch.Tensor]] = {}
+    for name, array in arrays.items():
+        index, _, moment = name.partition("/")
+        state.setdefault(int(index), {})[moment] = torch.from_numpy(array)
+    optimiser.load_state_dict({"state": state, "param_groups": optimiser.state_dict()["param_groups"]})
+
+
+def _running(env: VecNormalize) -> dict[str, np.ndarray]:
+    """The running statistics, by owner and name."""
+    owners = {"returns": env.ret_rms, **({"pose": env.obs_rms["pose"]} if env.norm_obs else {})}
+    found = {f"{name}.{part}": np.asarray(getattr(owner, part)) for name, owner in owners.items() for part in RUNNING}
+    return {**found, "env.returns": env.returns}
+
+
+def _under(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
+
+def _flat(tree: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """The leaves of nested mappings by dotted key."""
+    if not isinstance(tree, Mapping):
+        yield key, tree
+        return
+    for name, part in tree.items():
+        yield from _flat(part, join(key, name))

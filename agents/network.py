@@ -1,0 +1,153 @@
+"""A trained policy in a file, and its network in numpy: nothing of what trained it is needed to run it.
+
+The file is a .npz without pickles: the weights, and a JSON text `metadata` that says what observation they are for and
+where they come from. The network: convolutions over the patch (ReLU), the rest of the patch and the pose side by side
+through dense layers (tanh), the last of them the mean action, clipped to [-1, 1].
+"""
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from dirt_env.config import SceneConfig
+from dirt_env.policy import Observation
+from dirt_env.task.observation import POSE_ENTRIES
+
+FORMAT = "dirt-push policy 1"
+ACTIONS = 3
+UNREADABLE = (EOFError, KeyError, OSError, ValueError, zipfile.BadZipFile)
+
+
+@dataclass(frozen=True)
+class Convolution:
+    """weight f4[filters, channels, k, k], bias f4[filters]; every `stride`-th window, no padding."""
+
+    weight: np.ndarray
+    bias: np.ndarray
+    stride: int
+
+    def __call__(self, images: np.ndarray) -> np.ndarray:
+        """ReLU(weight * images + bias): f4[n, channels, rows, cols] to f4[n, filters, rows', cols']."""
+        filters, _, size, _ = self.weight.shape
+        windows = sliding_window_view(images, (size, size), axis=(2, 3))[:, :, :: self.stride, :: self.stride]
+        count, _, rows, cols = windows.shape[:4]
+        columns = windows.transpose(0, 2, 3, 1, 4, 5).reshape(count * rows * cols, -1)
+        seen = np.maximum(columns @ self.weight.reshape(filters, -1).T + self.bias, 0.0)
+        return seen.reshape(count, rows, cols, filters).transpose(0, 3, 1, 2)
+
+
+@dataclass(frozen=True)
+class Dense:
+    """weight f4[out, in], bias f4[out]."""
+
+    weight: np.ndarray
+    bias: np.ndarray
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """weight values + bias: f4[n, in] to f4[n, out]."""
+        return values @ self.weight.T + self.bias
+
+
+@dataclass(frozen=True)
+class Network:
+    """Convolutions, hidden layers and the layer of actions; pose entries become (pose - mean) / scale, clipped."""
+
+    convolutions: tuple[Convolution, ...]
+    hidden: tuple[Dense, ...]
+    action: Dense
+    pose_mean: np.ndarray
+    pose_scale: np.ndarray
+    clip: float
+
+    def actions(self, patch: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Actions f4[n, 3] in [-1, 1] for patches f4[n, channels, P, P] and poses f4[n, 15]."""
+        for convolution in self.convolutions:
+            patch = convolution(patch)
+        pose = np.clip((pose - self.pose_mean) / self.pose_scale, -self.clip, self.clip)
+        values = np.concatenate([patch.reshape(len(patch), -1), pose], axis=1)
+        for layer in self.hidden:
+            values = np.tanh(layer(values))
+        return np.clip(self.action(values), -1.0, 1.0)
+
+
+class LearnedPolicy:
+    """Acts by a network that was trained; the same observation gives the same action."""
+
+    sees = "patch"
+
+    def __init__(self, network: Network, metadata: Mapping[str, Any]) -> None:
+        """`metadata["observation"]`: the keys of the scene's table `observation` that it was trained with."""
+        self.network, self.metadata = network, metadata
+        self.observation = dict(metadata["observation"])
+
+    def reset(self, seed: int | None = None) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Observation) -> np.ndarray:
+        """Action (3,) in [-1, 1]."""
+        return self.network.actions(observation["patch"][None], observation["pose"][None])[0]
+
+    def act_all(self, observations: Observation) -> np.ndarray:
+        """Actions (n, 3) in [-1, 1] for the observations of a batch."""
+        return self.network.actions(observations["patch"], observations["pose"])
+
+
+def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
+    """The policy of a file for a scene; raises ValueError where there is none, or where it is damaged."""
+    path = Path(path).expanduser()
+    if not path.is_file():
+        raise ValueError(f"policy {path} is no file; allowed: a policy.npz that training has written")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        metadata = json.loads(bytes(arrays.pop("metadata")))
+        if metadata["format"] != FORMAT:
+            raise ValueError(f"its format is {metadata['format']!r}; allowed: {FORMAT!r}")
+        return read(arrays, metadata)
+    except UNREADABLE as error:
+        raise ValueError(f"policy {path} is damaged or no policy: {error}") from error
+
+
+def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:
+    """The policy of these arrays; KeyError or ValueError where they are not what the metadata says."""
+    strides, observation = metadata["strides"], metadata["observation"]
+    channels, size = len(observation["channels"]), observation["size"]
+    convolutions = []
+    for number, stride in enumerate(strides):
+        weight = _array(arrays, f"conv{number}.weight", (None, channels, None, None))
+        channels, kernel = weight.shape[0], weight.shape[2]
+        size = (size - kernel) // stride + 1
+        convolutions.append(Convolution(weight, _array(arrays, f"conv{number}.bias", (channels,)), stride))
+    width, hidden = channels * size * size + len(POSE_ENTRIES), []
+    for number in range(metadata["hidden"]):
+        weight = _array(arrays, f"hidden{number}.weight", (None, width))
+        width = weight.shape[0]
+        hidden.append(Dense(weight, _array(arrays, f"hidden{number}.bias", (width,))))
+    action = Dense(_array(arrays, "action.weight", (ACTIONS, width)), _array(arrays, "action.bias", (ACTIONS,)))
+    mean, scale = (_array(arrays, f"pose.{name}", (len(POSE_ENTRIES),)) for name in ("mean", "scale"))
+    network = Network(tuple(convolutions), tuple(hidden), action, mean, scale, float(metadata["clip"]))
+    return LearnedPolicy(network, metadata)
+
+
+def written(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> bytes:
+    """A file's content: the same arrays and metadata give the same bytes."""
+    text = json.dumps({"format": FORMAT, **metadata}, sort_keys=True, allow_nan=False).encode()
+    content = io.BytesIO()
+    np.savez_compressed(content, metadata=np.frombuffer(text, np.uint8), **arrays)
+    return content.getvalue()
+
+
+def _array(arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A finite f4 array of that shape, in which None is any size."""
+    array = arrays[name]
+    fits = len(array.shape) == len(shape) and all(b in (None, a) for a, b in zip(array.shape, shape, strict=True))
+    if not fits or array.dtype != np.float32 or not np.isfinite(array).all():
+        raise ValueError(f"{name} is {array.dtype}{list(array.shape)}; allowed: finite float32{list(shape)}")
+    return array

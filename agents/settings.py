@@ -1,0 +1,267 @@
+"""The settings of a training run: read from a TOML file, checked key by key, and written back as plain data."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from dirt_env.config import load
+from dirt_env.config.loading import merge
+from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
+from dirt_env.split import TRAINING as TRAINING_LAYOUTS
+
+FROM_ONE = Number(1, whole=True)
+POSITIVE = Number(0, above=True)
+SHARE = Number(0, 1)
+WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
+
+
+@dataclass(frozen=True)
+class Worlds:
+    """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them."""
+
+    count: int = 256
+    scene: str = "heap"
+    set: Mapping[str, Any] = field(default_factory=dict)
+    threads: int = 1
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of the curriculum: the worlds have these `levels` in turn, or the scene as it is where there are none.
+
+    It ends when of each level's last episodes the share `success` did the whole job, or after `steps` of the
+    environment; the last stage lasts to the end.
+    """
+
+    levels: tuple[int, ...] = ()
+    success: float | None = None
+    steps: int | None = None
+
+
+@dataclass(frozen=True)
+class Network:
+    """Convolutions over the patch, then dense layers over their output and the pose; actor and critic share them."""
+
+    filters: tuple[int, ...] = (8, 16)
+    kernels: tuple[int, ...] = (4, 3)
+    strides: tuple[int, ...] = (2, 2)
+    features: int = 128
+    hidden: tuple[int, ...] = (128,)
+
+
+@dataclass(frozen=True)
+class Ppo:
+    """Hyperparameters of PPO under the names of stable-baselines3; `final_rate` is a share of `learning_rate`."""
+
+    n_steps: int = 32
+    batch_size: int = 2048
+    n_epochs: int = 4
+    learning_rate: float = 5e-4
+    final_rate: float = 0.1
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    ent_coef: float = 0.0
+    vf_coef: float = 0.5
+    max_grad_norm: float = 0.5
+    target_kl: float = 0.03
+    log_std_init: float = -0.3
+
+
+@dataclass(frozen=True)
+class Normalise:
+    """Whether pose entries and returns are divided by their running spread, and where they are clipped then."""
+
+    pose: bool = True
+    returns: bool = True
+    clip: float = 10.0
+
+
+@dataclass(frozen=True)
+class Record:
+    """How often, in steps of the environment, to evaluate and to save; `layouts` of selection for each of `levels`."""
+
+    evaluate_every: int = 500_000
+    levels: tuple[int, ...] = ()
+    layouts: int = 16
+    save_every: int = 250_000
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One training run. Made by `load_settings`, which checks it."""
+
+    name: str = "training"
+    description: str = ""
+    steps: int = 10_000_000
+    seed: int = 0
+    device: str = "cpu"
+    worlds: Worlds = Worlds()
+    stages: tuple[Stage, ...] = (Stage(),)
+    network: Network = Network()
+    ppo: Ppo = Ppo()
+    normalise: Normalise = Normalise()
+    record: Record = Record()
+
+    @property
+    def rollout(self) -> int:
+        """Steps of the environment from one update to the next."""
+        return self.worlds.count * self.ppo.n_steps
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data (numbers, texts, lists, dicts), as a file has it."""
+        return {"name": self.name, **TRAINING.write(self)}
+
+
+@dataclass(frozen=True)
+class Whole(Rule):
+    """A list of whole numbers."""
+
+    number: Number
+    shortest: int = 1
+
+    def read(self, value, key, folder):
+        if not isinstance(value, list | tuple) or len(value) < self.shortest:
+            raise refuse(key, value, f"a list of {self.shortest} or more of: {self.number.allowed()}")
+        return Vector(len(value), self.number).read(value, key, folder)
+
+
+@dataclass(frozen=True)
+class SceneName(Rule):
+    """The name of a shipped scene, or the path of a TOML file from the folder of the settings; kept absolute."""
+
+    def read(self, value, key, folder):
+        name = Text().read(value, key, folder)
+        return FilePath().read(name, key, folder) if name.endswith(".toml") else name
+
+
+@dataclass(frozen=True)
+class SceneKeys(Rule):
+    """Tables and keys of a scene, which the scene itself checks."""
+
+    def read(self, value, key, folder):
+        if not isinstance(value, Mapping):
+            raise refuse(key, value, "a table with keys of a scene")
+        return dict(value)
+
+    def write(self, value):
+        return dict(value)
+
+
+LEVELS = Whole(Number(0, whole=True))
+STAGE = Table(Stage, {"levels": LEVELS, "success": SHARE, "steps": FROM_ONE})
+TRAINING = Table(
+    Settings,
+    {
+        "description": Text(),
+        "steps": FROM_ONE,
+        "seed": Number(0, whole=True),
+        "device": Choice(("cpu", "cuda", "auto")),
+        "worlds": Table(Worlds, {"count": WORLDS, "scene": SceneName(), "set": SceneKeys(), "threads": FROM_ONE}),
+        "stage": Many(STAGE),
+        "network": Table(
+            Network,
+            {
+                "filters": Whole(FROM_ONE),
+                "kernels": Whole(FROM_ONE),
+                "strides": Whole(FROM_ONE),
+                "features": FROM_ONE,
+                "hidden": Whole(FROM_ONE, 0),
+            },
+        ),
+        "ppo": Table(
+            Ppo,
+            {
+                "n_steps": FROM_ONE,
+                "batch_size": Number(2, whole=True),
+                "n_epochs": FROM_ONE,
+                "learning_rate": POSITIVE,
+                "final_rate": SHARE,
+                "gamma": SHARE,
+                "gae_lambda": SHARE,
+                "clip_range": POSITIVE,
+                "ent_coef": Number(0),
+                "vf_coef": Number(0),
+                "max_grad_norm": POSITIVE,
+                "target_kl": POSITIVE,
+                "log_std_init": Number(-5, 2),
+            },
+        ),
+        "normalise": Table(Normalise, {"pose": Flag(), "returns": Flag(), "clip": POSITIVE}),
+        "record": Table(
+            Record, {"evaluate_every": FROM_ONE, "levels": LEVELS, "layouts": FROM_ONE, "save_every": FROM_ONE}
+        ),
+    },
+    fields={"stage": "stages"},
+)
+
+
+def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
+    """The checked settings of a file, with `overrides` merged over it.
+
+    Raises ValueError that names the key, its value and what is allowed.
+    """
+    if not path.is_file():
+        raise ValueError(f"config {path} is no file; allowed: a TOML file such as configs/train/ppo_heap.toml")
+    try:
+        written = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"config {path} is no TOML: {error}") from None
+    written = merge(written, overrides)
+    known_keys(written, "", TRAINING.rules)
+    settings = replace(TRAINING.read(written, "", path.parent), name=path.stem)
+    _check(settings)
+    return settings
+
+
+def overrides_of(settings: Settings, level: int | None) -> dict[str, Any]:
+    """What makes the environment at a level: the scene's keys that are set anew, and the level."""
+    return {**settings.worlds.set, **({} if level is None else {"level": level})}
+
+
+def _check(settings: Settings) -> None:
+    """Raise ValueError where values do not go together."""
+    network, ppo = settings.network, settings.ppo
+    if not len(network.filters) == len(network.kernels) == len(network.strides):
+        raise ValueError(
+            f"network.filters, kernels and strides have {len(network.filters)}, {len(network.kernels)} and "
+            f"{len(network.strides)} numbers; allowed: as many each, one for each convolution"
+        )
+    if settings.rollout % ppo.batch_size:
+        raise ValueError(
+            f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
+        )
+    _check_stages(settings)
+    played = [*settings.stages, settings.record]
+    for level in {level for one in played for level in one.levels or (None,)}:
+        seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
+        if seen.overview or seen.map:
+            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
+        _check_size(network, seen.size)
+
+
+def _check_stages(settings: Settings) -> None:
+    """Raise ValueError where a stage but the last never ends, or the last one does."""
+    if not settings.stages:
+        raise ValueError("stage is empty; allowed: one [[stage]] or more")
+    for number, stage in enumerate(settings.stages):
+        ends, last = stage.success is not None or stage.steps is not None, number == len(settings.stages) - 1
+        if ends == last:
+            said = "ends" if ends else "never ends"
+            raise ValueError(
+                f"stage[{number}] {said}; allowed: `success` or `steps` in every stage but the last, which has neither"
+            )
+        if len(stage.levels) > settings.worlds.count:
+            raise ValueError(
+                f"stage[{number}].levels are {len(stage.levels)}; allowed: at most worlds.count {settings.worlds.count}"
+            )
+
+
+def _check_size(network: Network, size: int) -> None:
+    """Raise ValueError where a convolution is larger than what is left of the patch."""
+    for kernel, stride in zip(network.kernels, network.strides, strict=True):
+        if kernel > size:
+            raise ValueError(f"network.kernels has {kernel} over {size} pixels; allowed: at most as many")
+        size = (size - kernel) // stride + 1

@@ -1,0 +1,80 @@
+"""Train a policy: `python agents/train.py --config configs/train/ppo_heap.toml`. docs/training.md explains all of it.
+
+The same command goes on where a run was stopped, by Ctrl-C, a crash or a kill.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from dirt_env.cli import BAD_INPUT, INTERRUPTED, read_settings
+from dirt_env.config.loading import merge
+
+OUTPUT = ("checkpoint.npz", "policy.npz", "best.npz", "training.csv", "selection.csv")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns the exit status. Bad input is one line on stderr and status 2."""
+    options = _parser().parse_args(arguments)
+    try:
+        return _train(options)
+    except (ValueError, OSError, ImportError) as error:
+        sys.stderr.write(f"train: error: {error}\n")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        sys.stderr.write("train: broken off; the same command goes on from the last save\n")
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser("train", description="Train a policy by PPO; go on where a run was stopped.")
+    parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="settings of the run, a TOML file")
+    parser.add_argument("--seed", type=int, metavar="S", help="of the run (default: the file's)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the run (default: runs/train/NAME-seedS)")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a setting, as in --set ppo.gamma=0.98"
+    )
+    parser.add_argument("--fresh", action="store_true", help="begin anew; what the folder holds of a run goes")
+    return parser
+
+
+def _train(options: argparse.Namespace) -> int:
+    # By their installed name: this file also runs as a script, which has no package around it.
+    from dirt_env.agents.settings import load_settings
+
+    seed = {} if options.seed is None else {"seed": options.seed}
+    settings = load_settings(options.config, merge(read_settings(options.set), seed))
+    out = options.out or Path("runs") / "train" / f"{settings.name}-seed{settings.seed}"
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        from dirt_env.agents.trainer import Trainer
+    except ImportError as error:
+        raise ImportError(f'{error}; training needs more than the environment: pip install ".[train]"') from error
+    if options.fresh:
+        _clear(out)
+    trainer = Trainer(settings, out)
+    if trainer.resumed:
+        sys.stderr.write(f"train: going on in {out} after {trainer.steps:,} of {settings.steps:,} steps\n")
+    stopped = trainer.run()
+    trainer.close()
+    if stopped is not None:
+        done = f"after {trainer.steps:,} of {settings.steps:,} steps; the same command goes on from there"
+        sys.stderr.write(f"train: stopped {done}\n")
+        return 128 + stopped
+    for score in trainer.notes["scores"]:
+        level = "" if score["level"] is None else f"level {score['level']}: "
+        shares = f"{score['share_end']:.1%} in the goal, {score['success']:.0%} done, {score['time_s']:.0f} s"
+        sys.stdout.write(f"{level}{shares} (selection layouts)\n")
+    sys.stdout.write(f"{trainer.steps:,} steps in {trainer.notes['seconds']:.0f} s; policy in {out / 'policy.npz'}\n")
+    return 0
+
+
+def _clear(out: Path) -> None:
+    """Remove what a run has written into the folder."""
+    for path in [*(out / name for name in OUTPUT), *(out / "tensorboard").glob("events.out.tfevents.*")]:
+        path.unlink(missing_ok=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

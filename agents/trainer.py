@@ -1,0 +1,216 @@
+"""A training run from its settings to the policy file: PPO of stable-baselines3 on the native batch."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.vec_env import VecNormalize
+
+from dirt_env.progress import Progress
+from dirt_env.render.atomic import write_atomically
+
+from . import checkpoint
+from .course import Course
+from .export import actor_arrays, actor_metadata
+from .extractor import PatchAndPose
+from .logbook import Logbook
+from .network import read, written
+from .selection import Selection
+from .settings import Settings
+
+CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
+
+
+class LongPPO(PPO):
+    """PPO whose progress is that of the whole run, though `learn` is called for one rollout at a time."""
+
+    run_steps = 1
+    update_seconds = 0.0  # spent in updates
+
+    def train(self) -> None:
+        """One update, on the rollout that was collected."""
+        begun = perf_counter()
+        super().train()
+        self.update_seconds += perf_counter() - begun
+
+    def _update_current_progress_remaining(self, num_timesteps: int, total_timesteps: int) -> None:
+        super()._update_current_progress_remaining(min(num_timesteps, self.run_steps), self.run_steps)
+
+
+class Trainer:
+    """One run in a folder. It goes on from the checkpoint there, and gives the same as if it had never stopped."""
+
+    def __init__(self, settings: Settings, out: Path) -> None:
+        """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged."""
+        torch.set_num_threads(settings.worlds.threads)
+        self.settings, self.out = settings, out
+        path = out / CHECKPOINT
+        found = checkpoint.read(path) if path.exists() else None
+        if found is not None:
+            checkpoint.agree(found, settings, path)
+        self.course = Course(settings, 0 if found is None else found.metadata["stage"])
+        normalise, gamma = settings.normalise, settings.ppo.gamma
+        self.env = VecNormalize(
+            self.course,
+            norm_obs=normalise.pose,
+            norm_obs_keys=["pose"] if normalise.pose else None,
+            norm_reward=normalise.returns,
+            clip_obs=normalise.clip,
+            clip_reward=normalise.clip,
+            gamma=gamma,
+        )
+        self.model = self._make_model()
+        self.notes: dict[str, Any] = {"seconds": 0.0, "stage_began": 0, "evaluated": -1, "best": None, "scores": []}
+        self.resumed = found is not None
+        if found is None:
+            self._begin_episodes()
+        else:
+            checkpoint.restore(found, self.model, self.env, self.course)
+            self.notes = found.metadata["notes"]
+        self._selection = Selection(settings)
+        self._saved = self.model.num_timesteps if self.resumed else -1
+
+    @property
+    def steps(self) -> int:
+        """Steps of the environment so far."""
+        return self.model.num_timesteps
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all steps have been taken; a run ends with a whole rollout."""
+        return self.steps >= self.settings.steps
+
+    def run(self) -> int | None:
+        """Train to the end; returns None, or the number of the signal that stopped it, after a save."""
+        logbook = Logbook(self.out, self.steps)
+        progress = Progress(self.settings.steps)
+        with _signals() as stopped:
+            try:
+                while not (self.is_done or stopped):
+                    self._iterate(logbook)
+                    progress.show(self.steps, self._words())
+                if not stopped and self.notes["evaluated"] < self.steps:
+                    self._evaluate(logbook)
+                self._save()
+            finally:
+                progress.clear()
+                logbook.close()
+        return stopped[0] if stopped and not self.is_done else None
+
+    def close(self) -> None:
+        """Let the worlds go."""
+        self.env.close()
+        self._selection.close()
+
+    def _iterate(self, logbook: Logbook) -> None:
+        """One rollout and update, and what is due after it: log, evaluation, next stage, save."""
+        begun, environment, update = perf_counter(), self.course.seconds, self.model.update_seconds
+        self.model.learn(self.settings.rollout, log_interval=None, reset_num_timesteps=False)
+        wall = perf_counter() - begun
+        self.notes["seconds"] += wall
+        shares = {
+            "environment": (self.course.seconds - environment) / wall,
+            "update": (self.model.update_seconds - update) / wall,
+        }
+        shares |= {"inference": 1.0 - sum(shares.values()), "steps_per_s": self.settings.rollout / wall}
+        ended, self.course.ended = self.course.ended, []
+        logged = self.model.logger.name_to_value
+        logbook.note(self.steps, self.notes["seconds"], self.course.number, ended, logged, shares)
+        record = self.settings.record
+        if self._is_due(record.evaluate_every):
+            self._evaluate(logbook)
+        if self.course.is_passed(self.steps - self.notes["stage_began"]):
+            self.notes["stage_began"] = self.steps
+            self.course.next_stage()
+            self._begin_episodes()
+        if self._is_due(record.save_every):
+            self._save()
+
+    def _is_due(self, every: int) -> bool:
+        """Whether the last rollout has passed a multiple of so many steps."""
+        return self.steps // every > (self.steps - self.settings.rollout) // every
+
+    def _evaluate(self, logbook: Logbook) -> None:
+        """Export the policy, play it on selection layouts by numpy, and keep it if it is the best so far."""
+        config = self.course.native.envs[0].config
+        arrays = actor_arrays(self.model.policy, self.env)
+        metadata = actor_metadata(self.model.policy, config, self.settings.normalise.clip)
+        scores = self._selection.score(read(arrays, metadata))
+        logbook.judge(self.steps, self.notes["seconds"], scores)
+        self.notes |= {"evaluated": self.steps, "scores": [score._asdict() for score in scores]}
+        origin = {"versions": checkpoint.versions(), "seed": self.settings.seed, "steps": self.steps}
+        training = {**origin, "settings": self.settings.to_dict(), "selection": self.notes["scores"]}
+        content = written(arrays, {**metadata, "training": training})
+        write_atomically(self.out / LATEST, content)
+        area = float(np.mean([score.share_area for score in scores]))
+        if self.notes["best"] is None or area > self.notes["best"]:
+            self.notes["best"] = area
+            write_atomically(self.out / BEST, content)
+
+    def _save(self) -> None:
+        """Write the checkpoint, if there is anything new."""
+        if self.steps != self._saved:
+            self._saved = self.steps
+            checkpoint.save(self.out / CHECKPOINT, self.settings, self.model, self.env, self.course, self.notes)
+
+    def _begin_episodes(self) -> None:
+        """Start new episodes in all worlds, those of the stage that has just begun."""
+        self.model._last_obs = self.env.reset()
+        self.model._last_episode_starts = np.ones(self.course.num_envs, bool)
+
+    def _make_model(self) -> LongPPO:
+        """PPO with the network for patch and pose; its learning rate falls evenly over all steps of the run."""
+        ppo, network = self.settings.ppo, self.settings.network
+        same = {name: value for name, value in vars(ppo).items() if name not in ("final_rate", "log_std_init")}
+        model = LongPPO(
+            "MultiInputPolicy",
+            self.env,
+            **{**same, "learning_rate": lambda left: ppo.learning_rate * (left + ppo.final_rate * (1.0 - left))},
+            seed=self.settings.seed,
+            device=self.settings.device,
+            policy_kwargs={
+                "features_extractor_class": PatchAndPose,
+                "features_extractor_kwargs": {"network": network},
+                "net_arch": list(network.hidden),
+                "activation_fn": torch.nn.Tanh,
+                "log_std_init": ppo.log_std_init,
+                "normalize_images": False,
+            },
+        )
+        model.run_steps = self.settings.steps
+        model.set_logger(Logger(None, []))
+        return model
+
+    def _words(self) -> str:
+        """What the progress bar says."""
+        rate = self.steps / max(self.notes["seconds"], 1e-9)
+        shares = [f"{score['share_end']:.0%}" for score in self.notes["scores"]]
+        judged = f", {' '.join(shares)} in the goal" if shares else ""
+        return f"{self.steps:,} steps, {rate:,.0f} a second, stage {self.course.number + 1}{judged}"
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Meanwhile Ctrl-C and SIGTERM only put their number into the list; the second one breaks off at once."""
+    caught: list[int] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def catch(number: int, frame: Any) -> None:
+        if caught:
+            raise KeyboardInterrupt
+        caught.append(number)
+
+    for number in before:
+        signal.signal(number, catch)
+    try:
+        yield caught
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

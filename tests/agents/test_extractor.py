@@ -1,0 +1,51 @@
+"""The convolutions are really used: what the patch shows reaches the actions, and gradients reach every layer."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+import torch
+from dirt_env.agents.trainer import Trainer
+
+from .conftest import smoke
+
+
+@pytest.fixture
+def trainer(tmp_path):
+    trainer = Trainer(smoke(network={"filters": [4, 8], "kernels": [3, 2], "strides": [2, 1]}), tmp_path)
+    yield trainer
+    trainer.close()
+
+
+def seen(patch):
+    return {"patch": torch.as_tensor(patch, dtype=torch.float32), "pose": torch.zeros(len(patch), 15)}
+
+
+def test_what_the_patch_shows_matters(trainer):
+    policy, generator = trainer.model.policy, np.random.default_rng(0)
+    patch = generator.standard_normal((1, 2, 8, 8))
+    shifted = np.roll(patch, 1, axis=3)
+    features = [policy.extract_features(seen(one)) for one in (patch, shifted, np.zeros_like(patch))]
+    assert not torch.allclose(features[0], features[1], atol=1e-3)
+    assert not torch.allclose(features[0], features[2], atol=1e-3)
+
+
+def test_gradients_reach_every_convolution(trainer):
+    policy = trainer.model.policy
+    assert sum(isinstance(layer, torch.nn.Conv2d) for layer in policy.features_extractor.convolutions) == 2
+    values, log_prob, _ = policy.evaluate_actions(
+        seen(np.random.default_rng(0).standard_normal((32, 2, 8, 8))), torch.ones(32, 3)
+    )
+    for loss in (values.mean(), log_prob.mean()):  # the critic's and the actor's
+        policy.zero_grad()
+        loss.backward(retain_graph=True)
+        for name, parameter in policy.features_extractor.named_parameters():
+            assert parameter.grad.abs().max() > 0.0, name
+
+
+def test_an_update_moves_the_convolutions(trainer):
+    before = [value.clone() for value in trainer.model.policy.features_extractor.convolutions.parameters()]
+    trainer.model.learn(trainer.settings.rollout, reset_num_timesteps=False)
+    after = trainer.model.policy.features_extractor.convolutions.parameters()
+    assert all(not torch.equal(one, other) for one, other in zip(before, after, strict=True))

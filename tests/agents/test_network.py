@@ -1,0 +1,154 @@
+"""Policy files: the network in numpy against a plain sum and against torch, and files that are no good."""
+
+import io
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from dirt_env.agents.network import Convolution, load, read, written
+
+from dirt_env.bench.evaluate.episode import Trial, run_trial
+from dirt_env.bench.evaluate.suite import Task
+from dirt_env.cli import main
+from dirt_env.config import load as load_scene
+from dirt_env.policy import load_policy, needed, policy_file
+
+from .conftest import METADATA, SEEN, smoke, weights
+
+
+def slow_convolution(images, weight, bias, stride):
+    """One number at a time."""
+    count, _, rows, cols = images.shape
+    filters, _, size, _ = weight.shape
+    result = np.zeros((count, filters, (rows - size) // stride + 1, (cols - size) // stride + 1))
+    for n, f, i, j in np.ndindex(result.shape):
+        window = images[n, :, i * stride : i * stride + size, j * stride : j * stride + size]
+        result[n, f, i, j] = max(0.0, float((window * weight[f]).sum() + bias[f]))
+    return result
+
+
+@pytest.mark.parametrize("stride", [1, 2, 3])
+def test_a_convolution_is_a_sum_over_windows(stride):
+    generator = np.random.default_rng(0)
+    images, weight, bias = (generator.standard_normal(shape) for shape in ((2, 3, 9, 8), (4, 3, 3, 3), (4,)))
+    expected = slow_convolution(images, weight, bias, stride)
+    np.testing.assert_allclose(Convolution(weight, bias, stride)(images), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("normalise", [True, False])
+def test_numpy_and_torch_act_the_same(normalise, tmp_path):
+    pytest.importorskip("stable_baselines3")
+    import torch
+    from dirt_env.agents.export import actor_arrays, actor_metadata
+    from dirt_env.agents.trainer import Trainer
+
+    trainer = Trainer(smoke(normalise={"pose": normalise}, network={"hidden": [16, 8]}), tmp_path)
+    generator = np.random.default_rng(0)
+    with torch.no_grad():
+        for parameter in trainer.model.policy.parameters():
+            parameter += 0.3 * torch.randn_like(parameter)
+    if normalise:
+        trainer.env.obs_rms["pose"].update(generator.standard_normal((50, 15)))
+    seen = {
+        "patch": generator.standard_normal((64, 2, 8, 8)).astype(np.float32),
+        "pose": generator.uniform(-2, 2, (64, 15)).astype(np.float32),
+    }
+    expected, _ = trainer.model.predict(trainer.env.normalize_obs(seen), deterministic=True)
+    config = trainer.course.native.envs[0].config
+    metadata = actor_metadata(trainer.model.policy, config, 10.0)
+    content = written(actor_arrays(trainer.model.policy, trainer.env), metadata)
+    trainer.close()
+    (tmp_path / "it.npz").write_bytes(content)
+    policy = load(tmp_path / "it.npz", load_scene())
+    np.testing.assert_allclose(policy.act_all(seen), expected, atol=1e-5)
+    assert policy.act_all(seen).std(axis=0).min() > 0.1
+    one = {name: array[3] for name, array in seen.items()}
+    np.testing.assert_allclose(policy.act(one), expected[3], atol=1e-5)
+    assert policy.observation["size"] == 8
+
+
+def test_it_runs_where_there_is_no_torch(pusher):
+    code = f"""
+import sys
+sys.modules["torch"] = sys.modules["stable_baselines3"] = None
+from dirt_env.config import load
+from dirt_env.env import DirtPushEnv
+from dirt_env.policy import load_policy, needed
+policy = load_policy({str(pusher)!r}, load())
+env = DirtPushEnv(observation=needed(policy))
+print(policy.act(env.reset(seed=0)[0]).tolist())
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout == f"{np.array([0.0, 0.25, 0.0], np.float32).tolist()}\n", done.stderr
+
+
+def test_the_environment_shows_what_the_network_was_trained_with(pusher):
+    policy = load_policy(str(pusher), load_scene("posts"))
+    assert needed(policy) == SEEN
+    assert needed(load_policy("adaptive_push", load_scene())) == {"map": True}
+    assert needed(load_policy("idle", load_scene())) == {}
+    assert policy_file(str(pusher)) == pusher
+
+
+def test_run_and_evaluate_take_a_file(pusher, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for scene in ("heap", "posts"):  # the second one with obstacles, which the network does not see
+        assert main(["run", "--scene", scene, "--policy", "./pusher.npz", "--steps", "30", "--no-replay"]) == 0
+    summary = json.loads((tmp_path / "runs" / "heap-pusher" / "summary.json").read_text())
+    assert summary["sees"] == "patch"
+    assert summary["config"]["observation"]["size"] == 8
+    assert summary["mean"]["distance_m"] > 5.0
+    record = run_trial(Trial(str(pusher), Task("heap", 0, "heap", {"level": 0}, steps=24), 8000))
+    assert record["metrics"]["volume_distance_m4_per_min"] > 10.0
+
+
+def test_the_same_weights_give_the_same_bytes():
+    assert written(weights(), METADATA) == written(weights(), METADATA)
+
+
+def changed(name, array=None):
+    arrays = weights(np.random.default_rng(0))
+    if array is None:
+        del arrays[name]
+    else:
+        arrays[name] = array
+    return arrays
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        (changed("action.bias"), "action.bias"),
+        (changed("conv0.weight", np.zeros((4, 3, 3, 3), np.float32)), r"conv0.weight is float32\[4, 3, 3, 3\]"),
+        (changed("hidden0.weight", np.zeros((16, 5), np.float32)), "hidden0.weight is .*allowed: finite"),
+        (changed("pose.mean", np.zeros(15)), r"pose.mean is float64\[15\]"),
+        (changed("action.bias", np.array([0, np.nan, 0], np.float32)), "action.bias is .*allowed: finite"),
+        (changed("action.bias", np.array([None, 1, 2])), "allow_pickle=False"),
+    ],
+)
+def test_what_is_no_policy_is_refused(arrays, complaint, tmp_path):
+    path = tmp_path / "bad.npz"
+    content = io.BytesIO()
+    text = json.dumps({"format": "dirt-push policy 1", **METADATA}).encode()
+    np.savez(content, metadata=np.frombuffer(text, np.uint8), **arrays)
+    path.write_bytes(content.getvalue())
+    with pytest.raises(ValueError, match=f"policy .*bad.npz is damaged or no policy: .*{complaint}"):
+        load_policy(str(path), load_scene())
+
+
+def test_a_file_that_is_none_or_cut_off(pusher, tmp_path):
+    with pytest.raises(ValueError, match="is no file; allowed: a policy"):
+        load_policy(str(tmp_path / "none.npz"), load_scene())
+    whole = pusher.read_bytes()
+    for length in range(0, len(whole), 97):
+        pusher.write_bytes(whole[:length])
+        with pytest.raises(ValueError, match="is damaged or no policy"):
+            load_policy(str(pusher), load_scene())
+
+
+def test_actions_end_at_one():
+    policy = read(weights(drive=(-3.0, 0.5, 3.0)), METADATA)
+    seen = {"patch": np.zeros((1, 2, 8, 8), np.float32), "pose": np.zeros((1, 15), np.float32)}
+    assert policy.act_all(seen).tolist() == [[-1.0, 0.5, 1.0]]

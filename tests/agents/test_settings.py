@@ -1,0 +1,57 @@
+"""Settings of training runs: what is shipped is good, and what is wrong is said with what is allowed."""
+
+from pathlib import Path
+
+import pytest
+from dirt_env.agents.settings import load_settings
+
+SHIPPED = sorted((Path(__file__).resolve().parents[2] / "configs" / "train").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_settings_are_read_and_written_back(path, tmp_path):
+    settings = load_settings(path, {})
+    assert settings.name == path.stem
+    plain = settings.to_dict()
+    copy = tmp_path / path.name
+    copy.write_text("")
+    assert load_settings(copy, {key: value for key, value in plain.items() if key != "name"}) == settings
+
+
+def test_overrides_are_laid_over_the_file():
+    settings = load_settings(SHIPPED[0], {"ppo": {"gamma": 0.5}, "seed": 7})
+    assert (settings.ppo.gamma, settings.seed) == (0.5, 7)
+    assert settings.ppo.n_steps == load_settings(SHIPPED[0], {}).ppo.n_steps
+
+
+@pytest.mark.parametrize(
+    ("overrides", "complaint"),
+    [
+        ({"ppo": {"gama": 0.9}}, "ppo.gama is not known, did you mean gamma.* known: n_steps, batch_size"),
+        ({"speed": 1}, "speed is not known.* known: description, steps, seed"),
+        ({"ppo": {"gamma": 1.5}}, "ppo.gamma is 1.5; allowed: >= 0 and <= 1"),
+        ({"ppo": {"batch_size": 3000}}, "ppo.batch_size is 3000; allowed: what divides worlds.count x ppo.n_steps"),
+        ({"steps": 0}, "steps is 0; allowed: a whole number >= 1"),
+        ({"network": {"filters": [8]}}, "network.filters, kernels and strides have 1, 2 and 2 numbers"),
+        ({"network": {"kernels": [40, 3]}}, "network.kernels has 40 over 16 pixels"),
+        ({"stage": [{"levels": [0]}, {"levels": [1]}]}, r"stage\[0\] never ends; allowed"),
+        ({"stage": [{"levels": [0], "success": 0.5}]}, r"stage\[0\] ends; allowed"),
+        ({"worlds": {"set": {"observation": {"overview": True}}}}, "asks for overview or map; allowed: patch and pose"),
+        ({"stage": [{"levels": [9]}]}, "layout.level is 9; allowed"),
+        ({"stage": []}, r"stage is empty; allowed: one \[\[stage\]\] or more"),
+        ({"worlds": {"set": {"soil": {"repos": 30}}}}, "soil.repos is not known, did you mean repose"),
+        ({"worlds": {"count": 9000}}, "worlds.count is 9000; allowed: .* <= 8000"),
+        ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
+    ],
+)
+def test_what_is_wrong_is_said(overrides, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        load_settings(next(path for path in SHIPPED if path.stem == "ppo_heap"), overrides)
+
+
+def test_a_file_that_is_none(tmp_path):
+    with pytest.raises(ValueError, match="is no file; allowed: a TOML file"):
+        load_settings(tmp_path / "none.toml", {})
+    (tmp_path / "bad.toml").write_text("steps = ")
+    with pytest.raises(ValueError, match="is no TOML"):
+        load_settings(tmp_path / "bad.toml", {})

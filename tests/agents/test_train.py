@@ -1,0 +1,189 @@
+"""The command as people use it: it trains, survives a kill at any moment, and refuses what does not fit."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from dirt_env.agents import checkpoint
+from dirt_env.agents.train import main
+from dirt_env.agents.trainer import Trainer
+
+from .conftest import SMOKE, smoke
+
+SCRIPT = Path(__file__).resolve().parents[2] / "agents" / "train.py"
+RESULTS = ("policy.npz", "best.npz", "selection.csv")
+SHORT = ["--config", str(SMOKE), "--set", "steps=768", "--set", "record.evaluate_every=768"]
+
+
+def start(out, *more):
+    command = [sys.executable, str(SCRIPT), "--config", str(SMOKE), "--out", str(out), *more]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def steps_in(out):
+    """The last step of the environment that the log has."""
+    path = out / "training.csv"
+    lines = path.read_text().splitlines() if path.is_file() else []
+    return int(lines[-1].split(",")[0] or 0) if len(lines) > 1 and lines[-1][:1].isdigit() else 0
+
+
+def wait_for(process, out, steps):
+    while process.poll() is None and steps_in(out) < steps:
+        time.sleep(0.01)
+    assert process.poll() is None, process.communicate()
+
+
+def without_times(path):
+    """A log without what a clock has said."""
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    timed = ("seconds", "environment", "inference", "update", "steps_per_s")
+    return [[cell for name, cell in zip(rows[0], row, strict=True) if name not in timed] for row in rows]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The folder of a run that nothing came in the way of."""
+    out = tmp_path_factory.mktemp("undisturbed")
+    process = start(out)
+    said, complaint = process.communicate(timeout=300)
+    assert process.returncode == 0, complaint
+    assert "4,096 steps in" in said
+    assert "level 1: " in said
+    return out
+
+
+@pytest.mark.slow
+def test_a_run_that_is_killed_again_and_again_ends_with_the_same_bits(undisturbed, tmp_path):
+    for steps in (300, 1100, 2600):  # before the first save, in the second stage, after the first evaluation
+        process = start(tmp_path)
+        wait_for(process, tmp_path, steps)
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+    process = start(tmp_path)
+    said, told = process.communicate(timeout=300)
+    assert process.returncode == 0, told
+    assert "going on in" in told
+    assert "4,096 steps in" in said
+    assert checkpoint.read(tmp_path / "checkpoint.npz").metadata["steps"] == 4096
+    for name in ("policy.npz", "best.npz"):
+        assert (tmp_path / name).read_bytes() == (undisturbed / name).read_bytes(), name
+    for name in ("training.csv", "selection.csv"):
+        assert without_times(tmp_path / name) == without_times(undisturbed / name)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_asked_to_stop_saves_and_goes_on(number, undisturbed, tmp_path):
+    process = start(tmp_path, "--set", "record.save_every=1000000")
+    wait_for(process, tmp_path, 600)
+    process.send_signal(number)
+    _, told = process.communicate(timeout=120)
+    assert process.returncode == 128 + number
+    saved = checkpoint.read(tmp_path / "checkpoint.npz").metadata["steps"]
+    assert f"train: stopped after {saved:,} of 4,096 steps; the same command goes on from there" in told
+    process = start(tmp_path, "--set", "record.save_every=1000000")
+    _, told = process.communicate(timeout=300)
+    assert process.returncode == 0, told
+    assert without_times(tmp_path / "training.csv") == without_times(undisturbed / "training.csv")
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The folder of a very short run."""
+    out = tmp_path_factory.mktemp("finished")
+    assert main([*SHORT, "--out", str(out)]) == 0
+    return out
+
+
+def test_a_run_leaves_a_policy_logs_and_a_checkpoint(finished):
+    assert {path.name for path in finished.iterdir()} == {*RESULTS, "training.csv", "checkpoint.npz", "tensorboard"}
+    assert any((finished / "tensorboard").iterdir())
+    found = checkpoint.read(finished / "checkpoint.npz").metadata
+    assert (found["steps"], found["seed"], found["settings"]["ppo"]["n_steps"]) == (768, 0, 16)
+    assert {"torch", "stable_baselines3", "dirt_env"} <= found["versions"].keys()
+    with np.load(finished / "policy.npz") as file:
+        training = json.loads(bytes(file["metadata"]))["training"]
+    assert (training["steps"], training["seed"], training["settings"]) == (768, 0, found["settings"])
+
+
+def test_a_finished_run_is_left_as_it_is(finished, capsys):
+    before = {name: (finished / name).read_bytes() for name in RESULTS}
+    assert main([*SHORT, "--out", str(finished)]) == 0
+    captured = capsys.readouterr()
+    assert "going on" in captured.err
+    assert "768 steps in" in captured.out
+    assert {name: (finished / name).read_bytes() for name in RESULTS} == before
+
+
+def test_other_settings_are_refused_and_fresh_begins_anew(finished, tmp_path, capsys):
+    (tmp_path / "checkpoint.npz").write_bytes((finished / "checkpoint.npz").read_bytes())
+    other = [*SHORT, "--out", str(tmp_path), "--set", "ppo.gamma=0.9", "--seed", "3"]
+    assert main(other) == 2
+    said = capsys.readouterr().err
+    assert "other settings: seed is 3 here and 0 there; ppo.gamma is 0.9 here and 0.99 there; allowed: the same" in said
+    assert main([*other, "--fresh"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--config", "none.toml"], "config none.toml is no file"),
+        (["--config", str(SMOKE), "--set", "ppo.gama=1"], "ppo.gama is not known, did you mean gamma"),
+        (["--config", str(SMOKE), "--set", "ppo"], "--set is 'ppo'; allowed: KEY=VALUE"),
+        (["--config", str(SMOKE), "--seed", "-1"], "seed is -1; allowed: a whole number >= 0"),
+    ],
+)
+def test_bad_input_is_one_clear_line(arguments, complaint, tmp_path, capsys):
+    assert main([*arguments, "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert complaint in said
+
+
+def test_a_checkpoint_cut_off_anywhere_is_said_to_be_damaged(finished, tmp_path):
+    whole = (finished / "checkpoint.npz").read_bytes()
+    path = tmp_path / "checkpoint.npz"
+    for length in (0, 1, len(whole) // 3, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:length])
+        with pytest.raises(ValueError, match=r"is damaged: .*allowed: --fresh"):
+            Trainer(smoke(), tmp_path)
+
+
+def test_a_save_that_fails_leaves_the_old_checkpoint(finished, tmp_path, monkeypatch):
+    path = tmp_path / "checkpoint.npz"
+    trainer = Trainer(smoke(), tmp_path)
+    trainer._save()
+    before = path.read_bytes()
+    trainer.model.num_timesteps += 1
+
+    def fail(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="no space left"):
+        trainer._save()
+    trainer.close()
+    assert path.read_bytes() == before
+    assert [one.name for one in tmp_path.iterdir()] == ["checkpoint.npz"]
+
+
+def test_the_learning_rate_falls_over_the_whole_run(finished):
+    header, *rows = [line.split(",") for line in (finished / "training.csv").read_text().splitlines()]
+    rates = [float(row[header.index("learning_rate")]) for row in rows]
+    assert rates == pytest.approx([5e-4 * (1 - 0.9 * (i + 1) / 3) for i in range(3)], rel=1e-5)
+
+
+def test_without_torch_it_says_what_to_install(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dirt_env.agents.trainer", None)
+    assert main(["--config", str(SMOKE), "--out", str(tmp_path)]) == 2
+    assert 'training needs more than the environment: pip install ".[train]"' in capsys.readouterr().err
