@@ -15,7 +15,6 @@ from scipy.ndimage import label
 
 from dirt_env.env import DirtPushEnv
 from dirt_env.sim.advance import fits, place
-from dirt_env.sim.timestep import substeps
 
 LONG = settings.get_current_profile_name() == "long"
 HEAPS = {"layout": {"heaps": 1, "volume": [0.5, 2.0], "haul": [4.0, 9.0]}}
@@ -103,10 +102,7 @@ class Game(RuleBasedStateMachine):
         assert np.isfinite([reward, *info["reward"].values()]).all()
         assert type(done) is bool
         config = self.env.config
-        pieces = substeps(
-            config.machine.speed, config.machine.yaw_rate, config.task.period, config.grid.cell, config.blade
-        )
-        assert self.env.episode.world.tally[0].sweeps <= pieces * config.soil.max_sweeps
+        assert self.env.episode.world.tally[0].sweeps <= config.soil.max_sweeps
         assert 0.0 <= info["share_in_goal"] <= 1.0
 
     @rule(steps=st.integers(1, 4))

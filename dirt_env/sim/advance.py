@@ -58,8 +58,8 @@ def work_of_way(height, solid, pose, cell, soil, blade, way):
 def move_soil(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals):
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
-    `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps.
-    Returns whether the blade touches soil.
+    `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps, of which there are at most
+    `soil.max_sweeps` in all; what is left over stays pending. Returns whether the blade touches soil.
     """
     box = cells_between(old, new, cell)
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
@@ -78,8 +78,9 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     if pending[1] <= pending[0]:
         return touches
     sweeps, lost = relax(
-        height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches
-    )
+        height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches,
+        soil.max_sweeps - int(totals[3]),
+    )  # fmt: skip
     totals[1] += lost
     totals[3] += sweeps
     return touches

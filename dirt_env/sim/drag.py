@@ -23,13 +23,16 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
     blade that stands.
     """
     totals = np.zeros(4)
+    sweeps = 0
     for k in range(1, lines.shape[0]):
+        totals[3] = 0.0
         old, new = line_from(lines[k - 1]), line_from(lines[k])
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
             world.pending, grid.cell, soil, world.quantum, old, new, totals,
         )  # fmt: skip
-    return int(totals[3])
+        sweeps += int(totals[3])
+    return sweeps
 
 
 @entry

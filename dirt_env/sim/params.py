@@ -20,7 +20,7 @@ class Soil(NamedTuple):
 
     `slope` is the tangent of the angle of repose, `density` the loose bulk density [kg/m3], `friction` the
     coefficient of soil sliding on soil. `tolerance`: ground counts as settled where it is steeper than repose by at
-    most this share. `max_sweeps` bounds the relaxation after one substep of the blade; the rest goes on in the next.
+    most this share. `max_sweeps` bounds the relaxation in one control step; the rest goes on in the next.
     """
 
     slope: float = tan(radians(35.0))

@@ -136,8 +136,10 @@ def sweep(buffers, stride, start, stop, links, levels, count, threshold, settled
 
 
 @kernel
-def relax(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low):
-    """Let the ground slump until no face is steeper than repose (within the tolerance) or the sweeps are used up.
+def relax(
+    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low, most
+):  # fmt: skip
+    """Let the ground slump until no face is steeper than repose (within the tolerance), by at most `most` sweeps.
 
     `pending` is the window where the ground may be unsettled; what is left of it stays there. `line` is the blade, a
     barrier where `blade_low`. Returns (sweeps, height lost over an open border [m of one cell]).
@@ -148,7 +150,7 @@ def relax(height, solid, outside, buffers, links, levels, changed, pending, cell
     threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
     sweeps = 0
     lost = 0.0
-    while pending[1] > pending[0] and sweeps < soil.max_sweeps:
+    while pending[1] > pending[0] and sweeps < most:
         margin = MARGIN + max(pending[1] - pending[0], pending[3] - pending[2]) // 16
         window = window_around(pending, margin, rows, cols, border)
         stride = pack(height, solid, outside, buffers, window, border)
@@ -160,7 +162,7 @@ def relax(height, solid, outside, buffers, links, levels, changed, pending, cell
             count = blocked_links(line, cell, window, stride, start, stop, buffers, links, levels)
         since = 0
         moving = 1
-        while moving > 0 and sweeps < soil.max_sweeps:
+        while moving > 0 and sweeps < most:
             moving = sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock)
             sweeps += 1
             since += 1
@@ -189,7 +191,7 @@ def settle_window(world: World, grid: Grid, soil: Soil, line: Line) -> int:
     """Relax what is pending of a world whose blade is up; returns the sweeps it took."""
     sweeps, lost = relax(
         world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-        world.pending, grid.cell, soil, world.quantum, line, False,
+        world.pending, grid.cell, soil, world.quantum, line, False, soil.max_sweeps,
     )  # fmt: skip
     world.tally[0].lost += lost * grid.cell**2
     return sweeps

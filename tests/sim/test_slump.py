@@ -48,7 +48,7 @@ def test_a_standing_blade_holds_the_soil_as_in_the_twin(heading, edge):
     expected, _, _ = naive.settle(world.height, world.quantum, grid.cell, SOIL, line=blade)
     relax(
         world.height, None, None, world.buffers, world.links, world.link_levels, world.changed, world.pending,
-        grid.cell, SOIL, world.quantum, blade, True,
+        grid.cell, SOIL, world.quantum, blade, True, SOIL.max_sweeps,
     )  # fmt: skip
     np.testing.assert_array_equal(world.height, expected)
     free, _, _ = naive.settle(make_world(ground, grid).height, world.quantum, grid.cell, SOIL)
@@ -222,7 +222,7 @@ def test_where_the_ground_is_taken_to_be_at_rest_a_blade_changes_nothing():
         world.pending[:] = box
         relax(
             world.height, None, None, world.buffers, world.links, world.link_levels, world.changed, world.pending,
-            grid.cell, SOIL, world.quantum, blade, True,
+            grid.cell, SOIL, world.quantum, blade, True, SOIL.max_sweeps,
         )  # fmt: skip
         answers.append((calm, bool((world.height == before).all())))
     assert (True, False) not in answers

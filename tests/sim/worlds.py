@@ -39,12 +39,15 @@ def line_at(x, y, heading, width=3.0, edge=0.0, height=1.0, roll=0.0):
 
 def sweep_blade(world, grid, lines, soil=SOIL):
     """Move the blade from line to line through the soil; returns (moved, lost, stuck, sweeps), heights of one cell."""
-    totals = np.zeros(4)
+    totals, sweeps = np.zeros(4), 0.0
     for old, new in pairwise(lines):
+        totals[3] = 0.0
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
             world.pending, grid.cell, soil, world.quantum, old, new, totals,
         )  # fmt: skip
+        sweeps += totals[3]
+    totals[3] = sweeps
     return totals
 
 

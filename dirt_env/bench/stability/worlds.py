@@ -92,12 +92,15 @@ def straight(x, y, heading, distance, stride, **blade) -> list[Line]:
 
 def sweep_blade(world: World, grid: Grid, lines: list[Line], soil: Soil = SOIL) -> np.ndarray:
     """Move a blade from place to place through the soil; returns (moved, lost, stuck, sweeps), heights of one cell."""
-    totals = np.zeros(4)
+    totals, sweeps = np.zeros(4), 0.0
     for old, new in pairwise(lines):
+        totals[3] = 0.0
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
             world.pending, grid.cell, soil, world.quantum, old, new, totals,
         )  # fmt: skip
+        sweeps += totals[3]
+    totals[3] = sweeps
     return totals
 
 
