@@ -8,7 +8,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from dirt_env.cli import BAD_INPUT, INTERRUPTED, read_settings
+from dirt_env.cli.run import read_settings
+from dirt_env.cli.terminal import BAD_INPUT, INTERRUPTED
 from dirt_env.config.loading import merge
 
 OUTPUT = ("checkpoint.npz", "policy.npz", "best.npz", "training.csv", "selection.csv")

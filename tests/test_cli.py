@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from dirt_env import __version__
-from dirt_env.cli import main, read_settings
+from dirt_env.cli import main
+from dirt_env.cli.run import read_settings
 from dirt_env.config import load, scene_names
 from dirt_env.config.presets import KEYS, PRESETS
 from dirt_env.policy import load_policy, policy_names

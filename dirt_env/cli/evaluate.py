@@ -1,0 +1,59 @@
+"""`dirt-push evaluate`: policies compared on held-out layouts."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from dirt_env.cli.terminal import BAD_INPUT, INTERRUPTED, say, whole, writable
+
+
+def add_evaluate(commands: Any) -> None:
+    """Add the command."""
+    evaluate = commands.add_parser("evaluate", help="compare policies on held-out layouts; figures with intervals")
+    evaluate.add_argument(
+        "--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, .npz files, or module:Class"
+    )
+    evaluate.add_argument(
+        "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, hauls, surfaces, all, or TOML"
+    )
+    evaluate.add_argument("--layouts", type=whole(1), default=10, metavar="N", help="of each job (default: 10)")
+    evaluate.add_argument("--split", default="evaluation", help="evaluation (default), or selection, training")
+    evaluate.add_argument("--steps", type=whole(1), metavar="N", help="most control steps (default: the jobs' times)")
+    evaluate.add_argument("--workers", type=whole(1), default=1, metavar="W", help="processes (default: 1)")
+    evaluate.add_argument("--ray", metavar="ADDRESS", help='play on a Ray cluster: its address, "auto" or "local"')
+    evaluate.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder of the results (default: runs/evaluate-SUITE)"
+    )
+    evaluate.add_argument("--fresh", action="store_true", help="forget the episodes that the folder holds")
+    evaluate.set_defaults(command=_evaluate)
+
+
+def _evaluate(options: argparse.Namespace) -> int:
+    from dirt_env.bench.evaluate.evaluation import FAILURES, Evaluation, player
+    from dirt_env.bench.evaluate.journal import Journal
+    from dirt_env.bench.evaluate.report import table
+    from dirt_env.bench.evaluate.suite import load_suite
+
+    suite = load_suite(options.suite, options.steps)
+    names = [name.strip() for name in options.policies.split(",") if name.strip()]
+    evaluation = Evaluation(names, suite, options.layouts, options.split)
+    play = player(options.workers, options.ray)
+    out = writable(options.out or Path("runs") / f"evaluate-{suite.name}")
+    with Journal(out, evaluation.settings(), options.fresh) as journal:
+        failed = None
+        try:
+            evaluation.play(journal, play)
+        except FAILURES as failure:
+            failed = failure
+        left = len(evaluation.left(journal))
+        if left:
+            done = f"{len(evaluation.trials) - left} of {len(evaluation.trials)} episodes are kept in {out}"
+            again = f"{done}; the same command goes on from there"
+            sys.stderr.write(
+                f"dirt-push: error: {failed}; {again}\n" if failed else f"dirt-push: interrupted: {again}\n"
+            )
+            return BAD_INPUT if failed else INTERRUPTED
+        result, written = evaluation.write(journal)
+    say(table(result), "wrote " + ", ".join(str(path) for path in written))
+    return 0
