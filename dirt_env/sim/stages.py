@@ -136,13 +136,13 @@ def lean_rows(sheet, fine, after, stride, window, rows, cols, a, b, momentum, ga
         fine[p - stride - 1 :], fine[p - 1 :], fine[p + stride - 1 :], flow_x[p:], flow_y[p:], n,
         momentum, gain, threshold2,
     )  # fmt: skip
-    for q in range(p - 1, p - 1 + n, stride):  # nothing crosses the window's sides
+    for q in range(p - 1, p + n, stride):  # nothing crosses the window's sides, the next row's first one included
         flow_x[q] = flow_x[q + wide] = 0
     if b == tall + 1:
         flow_y[p + n - stride : p + n] = 0
     carry(sheet, fine, after, stride, p, n, lock, last)
     if last:
-        hold_ring(ground, ground, stride, window, rows, cols, a, b)
+        hold_ring(fine, ground, stride, window, rows, cols, a, b)
     hold_ring(fine, after, stride, window, rows, cols, a, b)
 
 

@@ -50,6 +50,14 @@ def test_fine_cells_do_not_flatten_the_pile_by_rounding():
     assert stages < 1.2 * more
 
 
+def test_volume_is_exact_where_the_rows_are_swept_in_several_blocks():
+    ground = np.random.default_rng(0).uniform(-3.0, 3.0, (4, 2000))
+    world, grid = world_of(ground, CELL)
+    before = world.height.sum(dtype=np.float64)
+    settle(world, grid, FINE, "super")
+    assert world.height.sum(dtype=np.float64) == before
+
+
 @pytest.mark.parametrize("turn", [np.fliplr, np.flipud, np.transpose])
 def test_turned_ground_gives_the_turned_pile_to_the_last_bit(turn):
     ground = tower(40, 40, 4, 5)
