@@ -182,3 +182,16 @@ def test_marks_that_are_wrong_are_refused():
     for text in ("<!-- accuracy:hill --><!-- /accuracy -->", "<!-- accuracy:targets -->"):
         with pytest.raises(ValueError, match="has no end or no block"):
             report.renewed(text, made)
+
+
+def test_the_document_shows_what_the_committed_figures_say():
+    """`dirt-push accuracy --renew-docs docs` wrote it, and nobody has changed it by hand since."""
+    committed = json.loads((ROOT / "docs/figures/accuracy/accuracy.json").read_text())
+    document = (ROOT / "docs/accuracy.md").read_text()
+    assert report.renewed(document, committed) == document
+    assert [set(row) for row in committed["rows"]] == [set(COLUMNS)] * len(committed["rows"])
+    assert document.count("<!-- accuracy:") == len(report.blocks(committed))
+    for name in PROBLEMS:
+        picture = ROOT / "docs/figures/accuracy" / f"{name}.png"
+        assert f"figures/accuracy/{name}.png" in document
+        assert picture.stat().st_size < 150_000
