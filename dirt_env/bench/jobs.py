@@ -5,6 +5,7 @@ One PNG for each job: the site from above at the beginning and at the end of an 
 
 import argparse
 import sys
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -14,9 +15,11 @@ from dirt_env.config import scene_names
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
 from dirt_env.render.atomic import write_atomically
+from dirt_env.render.film import palette_of
 from dirt_env.render.picture import Picture
 from dirt_env.rollout import play
 from dirt_env.scene.raster import require
+from dirt_env.terminal import end, writable
 
 LEVEL, LAYOUT = 1, 10_000
 WIDTH = 280  # px of each of the two pictures
@@ -56,24 +59,31 @@ def _caption(env: DirtPushEnv, policy: str, info: dict) -> str:
 
 
 def write_png(path: Path, image: np.ndarray) -> None:
-    """Write uint8 (h, w, 3) as a PNG with a palette of few colours."""
+    """Write uint8 (h, w, 3) as a PNG with a palette of few colours, those of outlines and machine among them."""
     pillow = require("PIL.Image", "pillow")
     content = BytesIO()
-    pillow.fromarray(image).quantize(COLOURS, method=pillow.Quantize.MEDIANCUT).save(content, "PNG", optimize=True)
+    few = pillow.fromarray(image).quantize(palette=palette_of(image, COLOURS), dither=pillow.Dither.NONE)
+    few.save(content, "PNG", optimize=True)
     write_atomically(path, content.getvalue())
 
 
-def main(arguments: list[str] | None = None) -> None:
+def main(arguments: list[str] | None = None) -> int:
     """Write the pictures and say where they are."""
     parser = argparse.ArgumentParser("jobs", description="Pictures of the shipped jobs, before and after.")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
     parser.add_argument("--job", action="append", choices=scene_names(), help="this one only (may be repeated)")
     options = parser.parse_args(arguments)
-    for name in options.job or scene_names():
-        path = options.out / f"{name}.png"
+    return end("jobs", lambda: _draw(options.job or scene_names(), options.out))
+
+
+def _draw(names: Sequence[str], folder: Path) -> int:
+    out = writable(folder)
+    for name in names:
+        path = out / f"{name}.png"
         write_png(path, before_and_after(name))
         sys.stdout.write(f"wrote {path}\n")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
