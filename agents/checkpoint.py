@@ -88,7 +88,7 @@ def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
     here = json.loads(json.dumps(settings.to_dict()))
     wanted, kept = dict(_flat(here)), dict(_flat(found.metadata["settings"]))
-    other = [key for key in {**kept, **wanted} if kept.get(key) != wanted.get(key)]
+    other = [key for key in {**wanted, **kept} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])
         raise ValueError(

@@ -37,7 +37,7 @@ def behaviour(env: DirtPushEnv) -> str:
 def before_and_after(scene: str, level: int = LEVEL, layout: int = LAYOUT, width_px: int = WIDTH) -> np.ndarray:
     """The site at the start and at the end of an episode side by side, uint8 (h, w, 3)."""
     env = DirtPushEnv(scene=scene, level=level, observation={"map": True})
-    config, name = env.config, behaviour(env)
+    config = env.config
     frames: list[np.ndarray] = []
     pictures: list[Picture] = []
 
@@ -47,15 +47,18 @@ def before_and_after(scene: str, level: int = LEVEL, layout: int = LAYOUT, width
             regions = one.start, one.goal, one.design, one.solid, one.target
             pictures.append(Picture(config.grid.cell, *regions, config.blade, config.machine, width_px))
             frames.append(pictures[0].frame(world.height, world.machine[0], f"{config.name}, level {level}"))
-        frames[1:] = [pictures[0].frame(world.height, world.machine[0], _caption(env, name, info))]
+        frames[1:] = [pictures[0].frame(world.height, world.machine[0], caption(env, info))]
 
-    play(env, load_policy(name, config), layout, config.steps, watch)
+    play(env, load_policy(behaviour(env), config), layout, config.steps, watch)
     return np.concatenate(frames, axis=1)
 
 
-def _caption(env: DirtPushEnv, policy: str, info: dict) -> str:
-    done = f"error {info['grade_error_m']:.2f} m" if env.config.design is not None else f"{info['share_in_goal']:.0%}"
-    return f"{policy}, {info['time_s']:.0f} s: {done}"
+def caption(env: DirtPushEnv, info: dict) -> str:
+    """What was reached when; short, for the strip under a picture has little room beside the scale."""
+    reached = f"{info['share_in_goal']:.0%} in the goal"
+    if env.config.design is not None:
+        reached = f"error {info['grade_error_m']:.2f} m"
+    return f"{info['time_s']:.0f} s: {reached}"
 
 
 def write_png(path: Path, image: np.ndarray) -> None:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from dirt_env.bench import draft, jobs, paper
-from dirt_env.bench.jobs import before_and_after, behaviour, write_png
+from dirt_env.bench.jobs import before_and_after, behaviour, caption, write_png
 from dirt_env.config import scene_names
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import policy_names
+from dirt_env.render.lettering import text
 from dirt_env.render.overlay import START
 
 
@@ -18,6 +19,13 @@ def test_every_job_is_shown_with_a_behaviour_that_can_play_it():
         env = DirtPushEnv(scene=name)
         assert behaviour(env) in policy_names()
         assert (behaviour(env) == "grade") == (env.config.design is not None)
+
+
+@pytest.mark.parametrize(("scene", "words"), [("heap", "720 s: 100% in the goal"), ("pad", "720 s: error 0.12 m")])
+def test_captions_have_units_and_fit(scene, words):
+    shown = caption(DirtPushEnv(scene=scene), {"time_s": 720.0, "share_in_goal": 1.0, "grade_error_m": 0.12})
+    assert shown == words
+    assert text(shown, 7).shape[1] <= 120, "px beside a scale of 10 m under a map of 280 px"
 
 
 @pytest.mark.slow
