@@ -193,8 +193,8 @@ def _check_design(design: Design) -> None:
         return
     if len(given) > 1:
         raise ValueError(
-            f"design has {' and '.join(given)}; allowed: one of layer, path, height and slope, or height and slope of "
-            'a plane, which is not "ground"'
+            f'design has {" and ".join(given)}; allowed: one of layer, path, height = "ground", or a plane by height '
+            "and slope; None takes a key out of the scene"
         )
 
 
