@@ -4,10 +4,8 @@ Weights, optimiser, running statistics, random generators, worlds in mid-episode
 settings, versions and seed. A .npz without pickles, so that reading one runs no code.
 """
 
-import io
 import json
 import platform
-import zipfile
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -22,12 +20,12 @@ from dirt_env import __version__
 from dirt_env.config.rules import join
 from dirt_env.render.atomic import write_atomically
 
+from .archive import packed, unpacked
 from .course import Course
 from .settings import Settings
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
-UNREADABLE = (EOFError, KeyError, OSError, ValueError, zipfile.BadZipFile)
 
 
 def versions() -> dict[str, str]:
@@ -74,21 +72,14 @@ def save(path: Path, settings: Settings, model: PPO, env: VecNormalize, course: 
     arrays["numpy"] = generator["state"]["key"]
     if torch.cuda.is_available() and model.device.type == "cuda":
         arrays["cuda"] = torch.cuda.get_rng_state(model.device).numpy()
-    content = io.BytesIO()
-    text = json.dumps(metadata, allow_nan=False).encode()
-    np.savez(content, metadata=np.frombuffer(text, np.uint8), **arrays)
-    write_atomically(path, content.getvalue())
+    write_atomically(path, packed(arrays, metadata))
 
 
 def read(path: Path) -> Checkpoint:
     """What the file holds; raises ValueError where it is damaged or of another version."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        metadata = json.loads(bytes(arrays.pop("metadata")))
-        if metadata["format"] != FORMAT:
-            raise ValueError(f"its format is {metadata['format']!r}; allowed: {FORMAT!r}")
-    except UNREADABLE as error:
+        arrays, metadata = unpacked(path, FORMAT)
+    except ValueError as error:
         raise ValueError(f"checkpoint {path} is damaged: {error}; allowed: --fresh, or another --out") from error
     return Checkpoint(metadata, arrays)
 
@@ -97,7 +88,7 @@ def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
     here = json.loads(json.dumps(settings.to_dict()))
     wanted, kept = dict(_flat(here)), dict(_flat(found.metadata["settings"]))
-    other = [key for key in {**kept, **wanted} if kept.get(key) != wanted.get(key)]
+    other = [key for key in {**wanted, **kept} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])
         raise ValueError(

@@ -5,9 +5,6 @@ where they come from. The network: convolutions over the patch (ReLU), the rest 
 through dense layers (tanh), the last of them the mean action, clipped to [-1, 1].
 """
 
-import io
-import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,9 +17,10 @@ from dirt_env.config import SceneConfig
 from dirt_env.policy import Observation
 from dirt_env.task.observation import POSE_ENTRIES
 
+from .archive import packed, unpacked
+
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
-UNREADABLE = (EOFError, KeyError, OSError, ValueError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True)
@@ -105,18 +103,16 @@ def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
     if not path.is_file():
         raise ValueError(f"policy {path} is no file; allowed: a policy.npz that training has written")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        metadata = json.loads(bytes(arrays.pop("metadata")))
-        if metadata["format"] != FORMAT:
-            raise ValueError(f"its format is {metadata['format']!r}; allowed: {FORMAT!r}")
-        return read(arrays, metadata)
-    except UNREADABLE as error:
+        return read(*unpacked(path, FORMAT))
+    except ValueError as error:
         raise ValueError(f"policy {path} is damaged or no policy: {error}") from error
 
 
 def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:
-    """The policy of these arrays; KeyError or ValueError where they are not what the metadata says."""
+    """The policy of these arrays; ValueError where they are not what the metadata says."""
+    missing = [name for name in ("observation", "strides", "hidden", "clip") if name not in metadata]
+    if missing:
+        raise ValueError(f"its metadata has no {' and no '.join(missing)}")
     strides, observation = metadata["strides"], metadata["observation"]
     channels, size = len(observation["channels"]), observation["size"]
     convolutions = []
@@ -138,14 +134,13 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
 
 def written(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> bytes:
     """A file's content: the same arrays and metadata give the same bytes."""
-    text = json.dumps({"format": FORMAT, **metadata}, sort_keys=True, allow_nan=False).encode()
-    content = io.BytesIO()
-    np.savez_compressed(content, metadata=np.frombuffer(text, np.uint8), **arrays)
-    return content.getvalue()
+    return packed(arrays, {"format": FORMAT, **metadata}, compressed=True)
 
 
 def _array(arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int | None, ...]) -> np.ndarray:
     """A finite f4 array of that shape, in which None is any size."""
+    if name not in arrays:
+        raise ValueError(f"{name} is missing")
     array = arrays[name]
     fits = len(array.shape) == len(shape) and all(b in (None, a) for a, b in zip(array.shape, shape, strict=True))
     if not fits or array.dtype != np.float32 or not np.isfinite(array).all():

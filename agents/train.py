@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dirt_env.cli.run import read_settings
-from dirt_env.cli.terminal import BAD_INPUT, INTERRUPTED
 from dirt_env.config.loading import merge
+from dirt_env.terminal import end, writable
 
 OUTPUT = ("checkpoint.npz", "policy.npz", "best.npz", "training.csv", "selection.csv")
 
@@ -18,14 +18,7 @@ OUTPUT = ("checkpoint.npz", "policy.npz", "best.npz", "training.csv", "selection
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status. Bad input is one line on stderr and status 2."""
     options = _parser().parse_args(arguments)
-    try:
-        return _train(options)
-    except (ValueError, OSError, ImportError) as error:
-        sys.stderr.write(f"train: error: {error}\n")
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        sys.stderr.write("train: broken off; the same command goes on from the last save\n")
-        return INTERRUPTED
+    return end("train", lambda: _train(options), "broken off; the same command goes on from the last save")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -46,12 +39,11 @@ def _train(options: argparse.Namespace) -> int:
 
     seed = {} if options.seed is None else {"seed": options.seed}
     settings = load_settings(options.config, merge(read_settings(options.set), seed))
-    out = options.out or Path("runs") / "train" / f"{settings.name}-seed{settings.seed}"
-    out.mkdir(parents=True, exist_ok=True)
     try:
         from dirt_env.agents.trainer import Trainer
     except ImportError as error:
         raise ImportError(f'{error}; training needs more than the environment: pip install ".[train]"') from error
+    out = writable(options.out or Path("runs") / "train" / f"{settings.name}-seed{settings.seed}")
     if options.fresh:
         _clear(out)
     trainer = Trainer(settings, out)

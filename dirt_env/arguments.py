@@ -14,13 +14,17 @@ def read_options(options: dict[str, Any] | None) -> tuple[int | None, tuple[floa
         return None, None
     if not isinstance(options, Mapping):
         raise ValueError(f"reset options are {options!r}; allowed: None or a mapping of {', '.join(RESET_OPTIONS)}")
-    for name in options:
-        if name not in RESET_OPTIONS:
-            raise ValueError(f"reset option {name!r} is unknown; known: {', '.join(RESET_OPTIONS)}")
+    _check_known(options, RESET_OPTIONS)
     seed, pose = options.get("layout_seed"), options.get("pose")
     if seed is not None and (not _is_whole(seed) or seed < 0):
         raise ValueError(f"reset option layout_seed is {seed!r}; allowed: an integer >= 0")
     return seed, None if pose is None else _read_pose_option(pose)
+
+
+def _check_known(options: Mapping[str, Any], known: Sequence[str]) -> None:
+    for name in options:
+        if name not in known:
+            raise ValueError(f"reset option {name!r} is unknown; known: {', '.join(known)}")
 
 
 def _read_pose_option(pose: Any) -> tuple[float, float, float]:
@@ -36,6 +40,8 @@ def _read_pose_option(pose: Any) -> tuple[float, float, float]:
 
 def read_mask(options: Any, worlds: int) -> tuple[np.ndarray, Any]:
     """Which worlds of a batch to reset, bool[worlds], from the reset option reset_mask; and the other options."""
+    if isinstance(options, Mapping):
+        _check_known(options, (*RESET_OPTIONS, "reset_mask"))
     if not isinstance(options, Mapping) or "reset_mask" not in options:
         return np.ones(worlds, bool), options
     mask = options["reset_mask"]
@@ -56,11 +62,11 @@ def read_seeds(seed: Any, worlds: int) -> list[int | None]:
     return [None if one is None else int(one) for one in seeds]
 
 
-def read_indices(indices: Iterable[int] | None, worlds: int, name: str) -> list[int]:
-    """Numbers of worlds, of their numbers or of a mask bool[worlds]; None is all."""
+def read_indices(indices: int | Iterable[int] | None, worlds: int, name: str) -> list[int]:
+    """Numbers of worlds, of a number, of several or of a mask bool[worlds]; None is all."""
     if indices is None:
         return list(range(worlds))
-    found = np.asarray(list(indices))
+    found = np.asarray(list(indices) if isinstance(indices, Iterable) else [indices])
     if found.dtype == np.bool_ and found.shape == (worlds,):
         return np.flatnonzero(found).tolist()
     if found.size and (found.ndim != 1 or found.dtype.kind not in "iu" or found.min() < 0 or found.max() >= worlds):

@@ -111,11 +111,11 @@ class DirtPushEnv(gymnasium.Env):
 
     ## Info
     Plain numbers: `share_in_goal`, `volume_moved_m3`, `misplaced_m3`, `spilled_m3` (soil that lies neither in start nor
-    in goal nor in design regions where there was none, or is lost), `lost_m3`, `grade_error_m` (root mean square),
-    `work_kj` on the soil, `energy_kj` (the same; with `traction`, what the tracks took from the engine), `distance_m`,
-    `time_s` since the start; `load_m3`, `draft_kn` (mean force on the blade), `slip` of the tracks (1: stalled; 0
-    without `traction`) and `blocked` (share of the step in which something solid held the machine) of the last step;
-    `is_success`; the dict `reward`.
+    in goal nor in design regions where there was none, or is lost), `lost_m3`, `grade_error_m` (root mean square; 0
+    without a design), `work_kj` on the soil, `energy_kj` (the same; with `traction`, what the tracks took from the
+    engine), `distance_m`, `time_s` since the start; `load_m3`, `draft_kn` (mean force on the blade), `slip` of the
+    tracks (1: stalled; 0 without `traction`) and `blocked` (share of the step in which something solid held the
+    machine) of the last step; `is_success`; the dict `reward`.
 
     ## Arguments
     `scene`: name of a shipped scene, path of a TOML file, or a mapping (default "heap"). `render_mode`: None,

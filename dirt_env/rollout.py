@@ -17,7 +17,8 @@ REPORTED = (
 )
 """What an episode's last info brings into its summary."""
 
-Summary = dict[str, float]
+Summary = dict[str, float | None]
+"""Figures by name; None where there is none: the grade error in a scene without a design."""
 Watch = Callable[[DirtPushEnv, dict], None]
 
 
@@ -37,13 +38,15 @@ def play(env: DirtPushEnv, policy: Policy, seed: int, steps: int, watch: Watch |
         count += 1
         if watch is not None:
             watch(env, info)
-    return _summary(info, seed, count, total)
+    summary = _summary(info, seed, count, total)
+    return summary if env.config.design is not None else {**summary, "grade_error_m": None}
 
 
 def mean(summaries: Sequence[Summary]) -> Summary:
     """Means of the episodes' figures; m3/h is all the soil over all the time, `success` the share that was done."""
     names = [name for name in summaries[0] if name not in ("seed", "is_success")]
-    figures = {name: sum(s[name] for s in summaries) / len(summaries) for name in names}
+    columns = {name: [summary[name] for summary in summaries] for name in names}
+    figures = {name: None if None in column else sum(column) / len(column) for name, column in columns.items()}
     figures["m3_per_h"] = _per_hour(figures["volume_moved_m3"], figures["time_s"])
     return figures
 

@@ -94,7 +94,8 @@ class Run:
             if done == 0:
                 regions = {name: getattr(layout, name) for name in ("start", "goal", "target", "design", "solid")}
                 self.recorder.begin(label, **regions)
-            stats = {name: value for name, value in info.items() if isinstance(value, float) and name != "time_s"}
+            left_out = ("time_s",) if env.config.design is not None else ("time_s", "grade_error_m")
+            stats = {name: value for name, value in info.items() if isinstance(value, float) and name not in left_out}
             self.recorder.add(world.height, world.machine[0], info["time_s"], stats, cells_of(world))
 
         return watch
@@ -132,15 +133,12 @@ class Run:
 
     def table(self) -> str:
         """The figures of the episodes and their means, a line each."""
-        names = [name for name, _, _ in COLUMNS]
         lines = [["episode", "done", *(title for _, title, _ in COLUMNS)]]
         done = ["yes" if figures["is_success"] else "no" for figures in self.summaries]
         done.append(f"{done.count('yes')} of {len(done)}")
         rows = [*enumerate(self.summaries, 1), ("mean", mean(self.summaries))]
         for (label, figures), reached in zip(rows, done, strict=True):
-            cells = [form.format(figures[name]) for name, _, form in COLUMNS]
-            if self.env.config.design is None:
-                cells[names.index("grade_error_m")] = "-"
+            cells = ["-" if figures[name] is None else form.format(figures[name]) for name, _, form in COLUMNS]
             lines.append([str(label), reached, *cells])
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.rjust, line, widths)) for line in lines)

@@ -13,14 +13,6 @@ EVALUATION = range(10_000, 20_000)
 SPLITS = {"training": TRAINING, "selection": SELECTION, "evaluation": EVALUATION}
 
 
-def split_of(seed: int) -> str:
-    """Which part a layout belongs to: "training", "selection" or "evaluation"; ValueError for one of none."""
-    for name, seeds in SPLITS.items():
-        if seed in seeds:
-            return name
-    raise ValueError(f"layout is {seed!r}; allowed: 0 to {EVALUATION[-1]}, the layouts that have been given out")
-
-
 def layouts(split: str, count: int) -> tuple[int, ...]:
     """The first `count` layouts of a part, always the same ones; ValueError for more than it has."""
     if split not in SPLITS:

@@ -58,7 +58,7 @@ class DirtPushVectorEnv(VectorEnv):
     `vectorization_mode="sync"`.
 
     ## Search
-    `copy_worlds(sources, targets)` copies worlds within the batch, as quickly as their arrays are copied;
+    `copy_worlds(source, targets)` branches a world into others of the batch, as quickly as their arrays are copied;
     `get_state` and `set_state` keep them as bytes, which a single environment of the same scene takes too.
     """
 
@@ -219,15 +219,21 @@ class DirtPushVectorEnv(VectorEnv):
 
     # Worlds one by one
 
-    def copy_worlds(self, sources: Iterable[int], targets: Iterable[int]) -> None:
-        """Let worlds `targets` go on as copies of worlds `sources`, one for one, generators included.
+    def copy_worlds(self, sources: int | Iterable[int], targets: int | Iterable[int]) -> None:
+        """Let worlds `targets` go on as copies of worlds `sources`, one for one, or all of one; generators included.
+
+            env.copy_worlds(0, [1, 2, 3])  # four ways to go on from world 0
 
         Ground and machine are copied, and the job too where the target has had another episode. ValueError, and
         nothing changes, for worlds that are not there or whose scenes differ.
         """
         sources, targets = self._read(sources, "sources"), self._read(targets, "targets")
-        if len(sources) != len(targets) or len(set(targets)) != len(targets):
-            raise ValueError(f"{len(targets)} targets for {len(sources)} sources; allowed: as many, each target once")
+        if len(sources) not in (1, len(targets)) or len(set(targets)) != len(targets):
+            raise ValueError(
+                f"{len(targets)} targets for {len(sources)} sources, targets {targets!r:.100}; "
+                "allowed: one source for all targets or as many as targets, each target once"
+            )
+        sources = sources * len(targets) if len(sources) == 1 else sources
         self._worlds.copy(sources, targets)
         self._ended[targets] = self._ended[sources]
         twins = [
@@ -292,7 +298,7 @@ class DirtPushVectorEnv(VectorEnv):
         """The seed of every world's generator."""
         return self.get_attr("np_random_seed")
 
-    def _read(self, indices: Iterable[int] | None, name: str) -> list[int]:
+    def _read(self, indices: int | Iterable[int] | None, name: str) -> list[int]:
         return read_indices(indices, self.num_envs, name)
 
 

@@ -25,7 +25,6 @@ FIGURES = (
     "energy_kj",
     "distance_m",
     "steps",
-    "grade_error_m",
 )
 SHORT = ["--policy", "random", "--steps", "6"]
 
@@ -48,10 +47,12 @@ def test_run_writes_figures_replay_and_animation(tmp_path, capsys):
     assert [episode["seed"] for episode in summary["episodes"]] == [5, 6]
     for figures in (*summary["episodes"], summary["mean"]):
         assert all(isinstance(figures[name], int | float) for name in FIGURES)
+        assert figures["grade_error_m"] is None, "the scene has no design"
     assert summary["mean"]["steps"] == 6
     assert summary["mean"]["distance_m"] == pytest.approx(sum(e["distance_m"] for e in summary["episodes"]) / 2)
     captured = capsys.readouterr()
     assert captured.err == ""
+    assert '"grade_error_m"' not in (tmp_path / "new" / "replay.html").read_text("utf-8")
     table = captured.out.splitlines()
     assert [line.split()[0] for line in table[1:5]] == ["episode", "1", "2", "mean"]
 
@@ -121,7 +122,8 @@ def test_bad_input_is_one_clear_line(arguments, words, tmp_path, capsys):
 def test_without_out_the_folder_is_named_after_scene_and_policy(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["run", *SHORT, "--scene", "posts", "--no-replay"]) == 0
-    assert [path.name for path in (tmp_path / "runs").iterdir()] == ["posts-random"]
+    assert main(["run", *SHORT, "--scene", "posts", "--level", "2", "--no-replay"]) == 0
+    assert {path.name for path in (tmp_path / "runs").iterdir()} == {"posts-random", "posts-2-random"}
 
 
 def test_out_has_to_be_a_folder(tmp_path, capsys):
@@ -157,6 +159,7 @@ def test_a_job_that_is_done_reads_as_success(tmp_path, capsys):
         assert (titles[1], first[1], mean[1:4]) == ("done", reached, [total, "of", "1"])
         summary = json.loads((tmp_path / "summary.json").read_text())
         assert summary["episodes"][0]["is_success"] is (reached == "yes")
+        assert summary["mean"]["grade_error_m"] > 0.0
         assert summary["mean"]["success"] == float(total)
 
 

@@ -406,11 +406,31 @@ def test_overrides_lie_over_the_level():
     assert load("bay", level=2, goal=LEVELLED["goal"], obstacle=None).goals != load("bay", level=2).goals
 
 
-def test_a_design_is_a_layer_or_a_file(tmp_path):
-    np.save(tmp_path / "plan.npy", np.zeros((64, 64)))
-    design = {"region": {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}, "layer": 0.2}
-    with pytest.raises(ValueError, match="design has layer and path; allowed: one of them"):
-        load({"design": {**design, "path": str(tmp_path / "plan.npy")}, "start": LEVELLED["start"]})
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"layer": 0.2, "path": "plan.npy"},
+        {"layer": 0.2, "height": 0.3},
+        {"layer": 0.2, "height": "balance"},
+        {"layer": 0.2, "height": "ground"},
+        {"layer": 0.2, "slope": [0.0, 0.02]},
+        {"path": "plan.npy", "height": 0.3},
+        {"path": "plan.npy", "slope": [0.0, 0.02]},
+        {"height": "ground", "slope": [0.0, 0.02]},
+    ],
+)
+def test_a_design_is_one_of_a_plane_a_layer_a_file_and_the_ground(keys):
+    design = {"region": {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}, **keys}
+    with pytest.raises(ValueError, match=f"design has {' and '.join(keys)}; allowed: one of"):
+        load({"design": design, "start": LEVELLED["start"]})
+
+
+def test_a_plane_has_a_height_and_a_slope():
+    region = {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}
+    design = {"region": region, "height": 0.3, "slope": [0.0, 0.02]}
+    config = load({"design": design, "start": LEVELLED["start"]})
+    assert (config.design.height, config.design.slope) == (0.3, (0.0, 0.02))
+    assert load(config.to_dict()) == config
 
 
 @pytest.mark.parametrize(
@@ -421,8 +441,52 @@ def test_a_design_is_a_layer_or_a_file(tmp_path):
         ({"levels": {"task": {}}}, r"levels is .*allowed: an array of tables, \[\[levels\]\]"),
         ({"levels": [{"tusk": {}}]}, r"levels\[0\].tusk is not known, did you mean task"),
         ({"levels": [{"level": 1}]}, r"levels\[0\].level is not known"),
+        ({"levels": [{"task": {"tyme": 3}}, {}], "level": 1}, r"levels\[0\]: task.tyme is not known"),
+        ({"levels": [{}, {"soil": {"repose": 95}}], "level": 0}, r"levels\[1\]: soil.repose is 95; allowed: >= 0"),
+        ({"levels": [], "level": 1}, r"level is 1, but .*or those that a scene lists as \[\[levels\]\]"),
     ],
 )
 def test_bad_levels_are_refused(tables, complaint):
     with pytest.raises(ValueError, match=complaint):
         load({**LEVELLED, **tables})
+
+
+@pytest.mark.parametrize(
+    ("overrides", "complaint"),
+    [
+        ({"ground": {"sed": None}}, "ground.sed is not known, did you mean seed"),
+        ({"observation": {"noise": {"hight": None}}}, "observation.noise.hight is not known, did you mean height"),
+        ({"machine": {"pos": None}}, "machine.pos is not known, did you mean pose"),
+        ({"tusk": None}, "tusk is not known, did you mean task"),
+    ],
+)
+def test_what_is_taken_out_has_to_be_a_key(overrides, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        load("uneven", **overrides)
+
+
+def test_any_key_can_be_taken_out():
+    assert load("uneven", ground={"seed": None}, terrain=None).ground.seed is None
+    assert load("berm", machine={"pose": None}).pose == "behind"
+
+
+def test_a_hollow_alone_says_what_it_took_the_place_of():
+    hollow = {"region": FIXED["goal"][0]["region"], "depth": 0.3}
+    with pytest.raises(ValueError, match=r"0 start and 0 goal; .*\(hollow takes the place of a random layout\)"):
+        load("heap", hollow=[hollow])
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64, np.int8, np.int64])
+def test_numbers_may_be_of_numpy(kind):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        config = load(soil={"repose": kind(30)})
+    assert config == load(soil={"repose": 30})
+    assert type(config.soil.slope) is float
+
+
+def test_snow_is_one_soil():
+    preset, scene = load(soil={"preset": "snow"}), load("snow")
+    assert scene.soil.density == preset.soil.density == 300.0
+    assert (scene.strength, scene.soil.friction) == (preset.strength, preset.soil.friction)
+    assert scene.soil.slope == pytest.approx(tan(radians(40)))

@@ -433,6 +433,24 @@ def test_a_world_branches_into_copies_that_go_their_own_ways():
     assert env.get_state([2, 3]) == [states[3], states[2]]
 
 
+def test_one_world_branches_into_many():
+    env = native(4)
+    env.reset(seed=1)
+    env.copy_worlds(2, [0, 1, 3])
+    states = env.get_state()
+    assert states[0] == states[1] == states[2] == states[3]
+
+
+def test_copies_that_do_not_match_say_what_is_allowed():
+    env = native(4)
+    env.reset(seed=0)
+    for sources, targets in (([0, 1], [1, 2, 3]), (0, [1, 1])):
+        with pytest.raises(ValueError, match="allowed: one source for all targets or as many as targets, each"):
+            env.copy_worlds(sources, targets)
+    with pytest.raises(ValueError, match=r"sources are \[0.5\]; allowed: numbers from 0 to 3"):
+        env.copy_worlds(0.5, [1])
+
+
 def test_copies_of_other_scenes_are_refused():
     env = native(4, variants=[{}, {"soil": {"repose": 30}}])
     env.reset(seed=0)
@@ -441,6 +459,11 @@ def test_copies_of_other_scenes_are_refused():
         with pytest.raises(ValueError, match="allowed"):
             env.copy_worlds(sources, targets)
         assert env.get_state() == before
+
+
+def test_reset_options_that_are_not_known_are_refused_with_all_that_are():
+    with pytest.raises(ValueError, match="reset option 'foo' is unknown; known: layout_seed, pose, reset_mask"):
+        native(2).reset(options={"foo": 1})
 
 
 # The rest of the interface

@@ -19,6 +19,7 @@ from dirt_env.sim.draft import draft_force, earthmoving_factors
 from dirt_env.sim.params import Command
 from dirt_env.sim.state import World, make_world
 from dirt_env.sim.traction import cut_of
+from dirt_env.terminal import end, writable
 
 # Coefficients of passive pressure of cohesionless soil on an upright wall with level ground, from failure planes that
 # are logarithmic spirals: A. Caquot, J. Kerisel, Tables for the calculation of passive pressure, 1948, as given in
@@ -212,18 +213,23 @@ def _off(found: float, wanted: float) -> str:
     return f"{found / wanted - 1:+z.1%}"
 
 
-def main() -> None:
+def main() -> int:
     """Work all out, write `draft.json` and `draft.png`, and print the tables."""
     parser = argparse.ArgumentParser("python -m dirt_env.bench.draft", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for what is written")
-    out = parser.parse_args().out
-    out.mkdir(parents=True, exist_ok=True)
+    options = parser.parse_args()
+    return end("draft", lambda: _report(options.out))
+
+
+def _report(folder: Path) -> int:
+    out = writable(folder)
     results = {"passive_pressure": passive_pressure(), "draft": draft_against_depth()}
     results |= {"load": load_against_width(), "scales": scales()}
     (out / "draft.json").write_text(json.dumps(results, indent=1) + "\n")
     draw(results, out / "draft.png")
     sys.stdout.write(tables(results) + "\n")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

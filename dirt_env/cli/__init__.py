@@ -1,7 +1,6 @@
 """The command line: `dirt-push`, the same as `python -m dirt_env`."""
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Sequence
@@ -11,26 +10,16 @@ from dirt_env.cli.evaluate import add_evaluate
 from dirt_env.cli.lists import add_lists
 from dirt_env.cli.reports import add_reports
 from dirt_env.cli.run import add_run
-from dirt_env.cli.terminal import BAD_INPUT, INTERRUPTED, forgive
+from dirt_env.terminal import end, forgive
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status. Bad input is one line on stderr and status 2."""
     forgive(sys.stdout)
     options = _parser().parse_args(arguments)
-    try:
-        with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_: sys.stderr.write(f"dirt-push: warning: {message}\n")
-            return options.command(options)
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except (ValueError, OSError, ImportError) as error:
-        sys.stderr.write(f"dirt-push: error: {error}\n")
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        sys.stderr.write("dirt-push: interrupted\n")
-        return INTERRUPTED
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_: sys.stderr.write(f"dirt-push: warning: {message}\n")
+        return end("dirt-push", lambda: options.command(options))
 
 
 def _parser() -> argparse.ArgumentParser:

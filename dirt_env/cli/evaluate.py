@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from dirt_env.cli.terminal import BAD_INPUT, INTERRUPTED, say, whole, writable
+from dirt_env.terminal import BAD_INPUT, INTERRUPTED, say, whole, writable
 
 
 def add_evaluate(commands: Any) -> None:

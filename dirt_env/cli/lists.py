@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from dirt_env.cli.terminal import columns, say
+from dirt_env.terminal import columns, say
 
 
 def add_lists(commands: Any) -> None:

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from dirt_env.cli.terminal import FAILED, INTERRUPTED, say, writable
+from dirt_env.terminal import FAILED, INTERRUPTED, say, writable
 
 
 def add_reports(commands: Any) -> None:

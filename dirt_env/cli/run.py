@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dirt_env.cli.terminal import INTERRUPTED, say, whole, writable
+from dirt_env.terminal import INTERRUPTED, say, whole, writable
 
 NO_KEYS = ("self", "scene", "render_mode")  # arguments of the environment that are no keys of a scene
 
@@ -26,7 +26,12 @@ def add_run(commands: Any) -> None:
     )
     run.add_argument("--episodes", type=whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=whole(0), default=0, metavar="S", help="of the first layout (default: 0)")
-    run.add_argument("--out", type=Path, metavar="DIR", help="folder for what is written (default: runs/SCENE-POLICY)")
+    run.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder for what is written (default: runs/SCENE-POLICY, or runs/SCENE-L-POLICY with a level)",
+    )
     run.add_argument("--level", type=whole(0), metavar="L", help="difficulty, in scenes that have levels")
     run.add_argument("--steps", type=whole(1), metavar="N", help="most control steps (default: the job's time)")
     run.add_argument("--no-replay", action="store_true", help="write summary.json only (an old replay goes)")
@@ -47,7 +52,9 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--policy is {options.policy!r}; allowed: one, or two different ones to see side by side")
     settings = options.seed, options.steps, overrides, not options.no_replay
     runs = [Run(options.scene, name, *settings) for name in names]
-    out = writable(options.out or Path("runs") / "-".join([Path(options.scene).stem, *map(_as_folder, names)]))
+    level = [str(overrides["level"])] if "level" in overrides else []
+    out = options.out or Path("runs") / "-".join([Path(options.scene).stem, *level, *map(_as_folder, names)])
+    out = writable(out)
     (out / SIDE_BY_SIDE).unlink(missing_ok=True)
     for run in runs:
         if status := _play(run, options.episodes, out if len(runs) == 1 else out / _as_folder(run.policy_name)):

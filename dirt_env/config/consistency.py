@@ -9,6 +9,7 @@ from dirt_env.config.episode import layout, parts, plan
 from dirt_env.config.scene import SceneConfig
 from dirt_env.config.terrain import HeightField
 from dirt_env.scene import fixed, vary
+from dirt_env.scene.design import Design
 from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.layout import Layout
 from dirt_env.scene.survey import HeightFile
@@ -166,15 +167,35 @@ def _check_fixed(config: SceneConfig) -> None:
     if not config.design and not (config.starts and config.goals):
         raise ValueError(
             f"the scene has {len(config.starts)} start and {len(config.goals)} goal; "
-            "allowed: at least one of each, or a design"
+            f"allowed: at least one of each, or a design{_instead(config)}"
         )
-    if config.design is not None and config.design.layer is not None and config.design.path:
-        raise ValueError("design has layer and path; allowed: one of them, for either takes the place of the plane")
+    if config.design is not None:
+        _check_design(config.design)
     fixed.check(plan(config), config.pose)
     if config.vary is not None:
         vary.check(parts(config), config.vary, config.setting)
     elif any(any(part.shift) for part in config.starts + config.goals):
         raise ValueError("a start or goal has a shift and the scene has no [vary]; allowed: both, or no shift")
+
+
+def _instead(config: SceneConfig) -> str:
+    """Why a scene without starts and goals has no random layout either."""
+    others = {"obstacle": config.obstacles, "hollow": config.hollows, "vary": config.vary}
+    given = [key for key, value in others.items() if value]
+    return f" ({' and '.join(given)} takes the place of a random layout)" if given else ""
+
+
+def _check_design(design: Design) -> None:
+    """An error for keys of which one would be ignored: a plane, a layer, a file and the ground exclude each other."""
+    given = {name: getattr(design, name) for name in ("layer", "path", "height", "slope")}
+    given = [name for name, value in given.items() if value is not None]
+    if given == ["height", "slope"] and design.height != "ground":
+        return
+    if len(given) > 1:
+        raise ValueError(
+            f'design has {" and ".join(given)}; allowed: one of layer, path, height = "ground", or a plane by height '
+            "and slope; None takes a key out of the scene"
+        )
 
 
 def _check_beginning(config: SceneConfig) -> None:

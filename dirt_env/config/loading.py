@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env.config import consistency, episode
-from dirt_env.config.rules import join, known_keys
+from dirt_env.config.rules import Rule, join, known_keys
 from dirt_env.config.scene import FIELDS, SceneConfig
 from dirt_env.config.tables import POSE, SCENE, SOIL, Observation, Reward, Site, Task
 from dirt_env.config.terrain import HeightField
@@ -28,13 +28,15 @@ def load(scene: str | Path | Mapping[str, Any] = "heap", **overrides: Any) -> Sc
     """A checked scene: the name of a shipped one, path of a TOML file, or mapping; `overrides` are merged over it.
 
     Tables are merged key by key, lists and tables of another `kind` are replaced, and None takes a key out. Starts,
-    goals, a design or obstacles in `overrides` take the place of a random layout.
+    goals, hollows, a design, obstacles or `vary` in `overrides` take the place of a random layout. Raises ValueError
+    that names the key, its value and what is allowed; keys and values of levels that are not asked for count, too.
     """
+    _check_taken_out(overrides, {**dict.fromkeys(TOP_LEVEL), **SCENE})
     name, folder, written = _written(scene)
     survey.forget()  # a file may have changed since it was last loaded
     episode.plan.cache_clear()
     if written.get("levels"):
-        written, overrides = _at_level(written, overrides)
+        written, overrides = _at_level(name, folder, written, overrides)
     elif any(overrides.get(key) for key in FIXED):  # own regions take the place of a random layout
         written = {key: value for key, value in written.items() if key not in ("level", "layout")}
     config = _build(name, folder, _with_level(merge(written, overrides)))
@@ -102,8 +104,23 @@ def _written(scene: str | Path | Mapping[str, Any]) -> tuple[str, Path, Mapping[
         raise ValueError(f"scene {path} is no TOML: {error}") from None
 
 
-def _at_level(written: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A scene with `levels` of its own as it is at the level that is asked for, and the other overrides."""
+def _check_taken_out(overrides: Mapping[str, Any], rules: Mapping[str, Rule | None], key: str = "") -> None:
+    """An error for a key that None is to take out, and that no scene has: merging would not miss it."""
+    for name, value in overrides.items():
+        if value is None:
+            known_keys({name: None}, key, rules)
+        elif isinstance(value, Mapping) and rules.get(name) is not None:
+            pose = {"pose": POSE} if name == "machine" else {}
+            _check_taken_out(value, {**rules[name].keys(), **pose}, join(key, name))
+
+
+def _at_level(
+    name: str, folder: Path, written: Mapping[str, Any], overrides: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A scene with `levels` of its own as it is at the level that is asked for, and the other overrides.
+
+    Keys and values of all levels are checked; what goes together with what, only of the one that is made.
+    """
     levels = written["levels"]
     if not isinstance(levels, list) or not all(isinstance(table, Mapping) for table in levels):
         raise ValueError(f"levels is {levels!r}; allowed: an array of tables, [[levels]]")
@@ -113,6 +130,11 @@ def _at_level(written: Mapping[str, Any], overrides: Mapping[str, Any]) -> tuple
     if type(level) is not int or not 0 <= level < len(levels):
         raise ValueError(f"level is {level!r}; allowed: 0 to {len(levels) - 1}")
     base = {key: value for key, value in written.items() if key not in ("level", "levels")}
+    for i, table in enumerate(levels):
+        try:
+            _build(name, folder, _with_level(merge(base, table)))
+        except ValueError as error:
+            raise ValueError(f"levels[{i}]: {error}") from error
     return merge(base, levels[level]), {key: value for key, value in overrides.items() if key != "level"}
 
 
@@ -125,7 +147,8 @@ def _with_level(written: Mapping[str, Any]) -> dict[str, Any]:
         if fixed:
             raise ValueError(
                 f"level is {written['level']!r}, but the scene has its own {' and '.join(fixed)}; allowed: levels 0 to "
-                f"{len(LEVELS) - 1} for scenes with a random layout, such as heap"
+                f"{len(LEVELS) - 1} for scenes with a random layout, such as heap, or those that a scene lists as "
+                "[[levels]]"
             )
         result["layout"] = {**result.get("layout", {}), "level": written["level"]}
     elif not fixed:

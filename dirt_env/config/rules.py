@@ -11,6 +11,8 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 LARGEST = 1e300  # numbers beyond count as infinite
 
 
@@ -24,6 +26,10 @@ class Rule:
     def write(self, value: Any) -> Any:
         """Plain data that `read` takes back."""
         return list(value) if isinstance(value, tuple) else value
+
+    def keys(self) -> "Mapping[str, Rule]":
+        """The keys that a value can have, each with its rule; none where it is no table."""
+        return {}
 
 
 def refuse(key: str, value: Any, allowed: str) -> ValueError:
@@ -46,6 +52,8 @@ class Number(Rule):
         kind = Integral if self.whole else Real
         if isinstance(value, bool) or not isinstance(value, kind):
             raise refuse(key, value, self.allowed() if self.whole else f"a number {self.allowed()}")
+        if isinstance(value, np.floating):
+            value = float(value)  # the bounds are no numbers of smaller types
         if not -LARGEST < value < LARGEST:
             raise refuse(key, value, f"a finite number {self.allowed()}")
         too_low = value <= self.low if self.above else value < self.low
@@ -216,6 +224,9 @@ class Table(Rule):
         plain = {name: (rule, getattr(value, self.field(name))) for name, rule in self.rules.items()}
         return {name: rule.write(item) for name, (rule, item) in plain.items() if item is not None}
 
+    def keys(self):
+        return self.rules
+
     def field(self, name: str) -> str:
         """The attribute that keeps a key's value."""
         return (self.fields or {}).get(name, name)
@@ -240,6 +251,10 @@ class Kinds(Rule):
 
     def write(self, value):
         return {"kind": value.kind, **self.tables[value.kind].write(value)}
+
+    def keys(self):
+        every = {name: rule for table in self.tables.values() for name, rule in table.rules.items()}
+        return {"kind": Choice(tuple(self.tables)), **every}
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,8 @@ def gif(track: Track, blade: Blade, machine: Machine, seconds: float, fps: float
     picture = picture_of(track, blade, machine, width_px)
     wanted = set(chosen(len(track), round(seconds * fps)))
     shots = [_shot(picture, frame) for index, frame in enumerate(track.frames()) if index in wanted]
-    palette = _palette(image, shots)
+    some = np.concatenate([shots[index] for index in chosen(len(shots), 5)])
+    palette = palette_of(some, _COLORS)
     film = [image.fromarray(shot).quantize(palette=palette, dither=image.Dither.NONE) for shot in shots]
     packed = _packed(film, 1000 / fps)
     while len(packed) > _LARGEST and len(film) > 2:
@@ -82,10 +83,10 @@ def _shot(picture: Picture, frame: Frame) -> np.ndarray:
     return picture.frame(frame.height, pose[()], caption(frame.time_s, frame.stats))
 
 
-def _palette(image: ModuleType, shots: list[np.ndarray]) -> Any:
-    """One palette for all pictures: the common colours of a few of them, and the rare ones that mean something."""
-    some = np.concatenate([shots[index] for index in chosen(len(shots), 5)])
-    common = image.fromarray(some).quantize(_COLORS, method=image.Quantize.MEDIANCUT).getpalette()[: 3 * _COLORS]
+def palette_of(shot: np.ndarray, colors: int) -> Any:
+    """A pillow image with the `colors` common colours of uint8 (h, w, 3), and the rare ones that mean something."""
+    image = _pillow()
+    common = image.fromarray(shot).quantize(colors, method=image.Quantize.MEDIANCUT).getpalette()[: 3 * colors]
     palette = image.new("P", (1, 1))
     palette.putpalette(common + [value for color in SIGNS for value in color])
     return palette

@@ -15,16 +15,17 @@ from dirt_env.sim.params import Grid
 class Design:
     """The surface asked for inside `region`: a plane, or the heights of a file.
 
-    `height` m over the datum at the region's middle, or "balance": as much to cut as to fill, or "ground": in the
-    plane's place the ground as it is without its hollows. `slope`: rise per metre to the east and to the north.
+    `height` m over the datum at the region's middle, or "balance" (None): as much to cut as to fill, or "ground": in
+    the plane's place the ground as it is without its hollows. `slope` (None: level): rise per metre to the east and to
+    the north.
     `layer`: in the plane's place, so many metres over the ground, falling off at repose towards the region's rim.
     `path`: a file of heights over the ground's zero, over the whole site, in its place.
     `tolerance`: root mean square grade error under which the job is done, m.
     """
 
     region: Region
-    height: float | str = "balance"
-    slope: tuple[float, float] = (0.0, 0.0)
+    height: float | str | None = None
+    slope: tuple[float, float] | None = None
     layer: float | None = None
     path: str | None = None
     tolerance: float = 0.03
@@ -57,8 +58,9 @@ class Design:
 
     def _plane(self, ground: np.ndarray, grid: Grid, mask: np.ndarray) -> np.ndarray:
         x, y = (np.broadcast_to(axis, mask.shape) for axis in centres(grid))
-        plane = self.slope[0] * (x - x[mask].mean()) + self.slope[1] * (y - y[mask].mean())
-        height = float((ground - plane)[mask].mean()) if self.height == "balance" else self.height
+        east, north = self.slope or (0.0, 0.0)
+        plane = east * (x - x[mask].mean()) + north * (y - y[mask].mean())
+        height = float((ground - plane)[mask].mean()) if self.height in (None, "balance") else self.height
         return plane + height
 
     def _from_file(self, grid: Grid, datum: float) -> np.ndarray:

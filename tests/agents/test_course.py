@@ -8,7 +8,7 @@ pytest.importorskip("stable_baselines3")
 from dirt_env.agents.course import JUDGED, Course
 
 from dirt_env.env import DirtPushEnv
-from dirt_env.split import EVALUATION, SELECTION, split_of
+from dirt_env.split import EVALUATION, SELECTION, TRAINING
 
 from .conftest import smoke
 
@@ -44,7 +44,7 @@ def test_every_stage_starts_from_training_layouts_only(seed, monkeypatch):
             course.next_stage()
     first = [seeds for seeds in given if seeds is not None]
     assert len(first) == 3
-    assert all(split_of(one) == "training" for seeds in first for one in seeds)
+    assert all(one in TRAINING for seeds in first for one in seeds)
     assert all(len(set(seeds)) == 6 for seeds in first)
     assert len({tuple(seeds) for seeds in first}) == 3
     course.close()

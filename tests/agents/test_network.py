@@ -120,12 +120,12 @@ def changed(name, array=None):
 @pytest.mark.parametrize(
     ("arrays", "complaint"),
     [
-        (changed("action.bias"), "action.bias"),
+        (changed("action.bias"), "action.bias is missing"),
         (changed("conv0.weight", np.zeros((4, 3, 3, 3), np.float32)), r"conv0.weight is float32\[4, 3, 3, 3\]"),
         (changed("hidden0.weight", np.zeros((16, 5), np.float32)), "hidden0.weight is .*allowed: finite"),
         (changed("pose.mean", np.zeros(15)), r"pose.mean is float64\[15\]"),
         (changed("action.bias", np.array([0, np.nan, 0], np.float32)), "action.bias is .*allowed: finite"),
-        (changed("action.bias", np.array([None, 1, 2])), "allow_pickle=False"),
+        (changed("action.bias", np.array([None, 1, 2])), "cannot be read as a .npz of plain arrays$"),
     ],
 )
 def test_what_is_no_policy_is_refused(arrays, complaint, tmp_path):
@@ -146,6 +146,31 @@ def test_a_file_that_is_none_or_cut_off(pusher, tmp_path):
         pusher.write_bytes(whole[:length])
         with pytest.raises(ValueError, match="is damaged or no policy"):
             load_policy(str(pusher), load_scene())
+
+
+@pytest.mark.parametrize(
+    ("metadata", "complaint"),
+    [
+        ({}, "it has no metadata in JSON"),
+        ({"metadata": np.frombuffer(b"{", np.uint8)}, "it has no metadata in JSON"),
+        ({"metadata": np.frombuffer(b"{}", np.uint8)}, "its format is None; allowed: 'dirt-push policy 1'"),
+        (
+            {"metadata": np.frombuffer(b'{"format": "dirt-push policy 1", "clip": 1}', np.uint8)},
+            "its metadata has no observation and no strides and no hidden",
+        ),
+    ],
+)
+def test_metadata_that_is_not_there_is_named(metadata, complaint, tmp_path):
+    np.savez(tmp_path / "bad.npz", **metadata, **weights())
+    with pytest.raises(ValueError, match=f"{complaint}$"):
+        load(tmp_path / "bad.npz", load_scene())
+
+
+def test_an_array_under_the_wrong_name_is_no_policy(tmp_path):
+    np.save(tmp_path / "it.npy", np.zeros(3))
+    (tmp_path / "it.npy").rename(tmp_path / "it.npz")
+    with pytest.raises(ValueError, match=r"is damaged or no policy: it cannot be read as a .npz of plain arrays$"):
+        load(tmp_path / "it.npz", load_scene())
 
 
 def test_actions_end_at_one():

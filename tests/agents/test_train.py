@@ -185,5 +185,12 @@ def test_the_learning_rate_falls_over_the_whole_run(finished):
 
 def test_without_torch_it_says_what_to_install(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "dirt_env.agents.trainer", None)
-    assert main(["--config", str(SMOKE), "--out", str(tmp_path)]) == 2
+    assert main(["--config", str(SMOKE), "--out", str(tmp_path / "new")]) == 2
+    assert not (tmp_path / "new").exists()
     assert 'training needs more than the environment: pip install ".[train]"' in capsys.readouterr().err
+
+
+def test_an_out_that_is_no_folder_is_one_clear_line(tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main(["--config", str(SMOKE), "--out", str(tmp_path / "file")]) == 2
+    assert capsys.readouterr().err.startswith(f"train: error: --out is {tmp_path / 'file'}, which is a file; allowed")

@@ -88,7 +88,7 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         "time_s": summary["time_s"],
         **_work(env, summary),
         "distance_m": summary["distance_m"],
-        "grade_error_m": None if config.design is None else summary["grade_error_m"],
+        "grade_error_m": summary["grade_error_m"],
     }
     moments = np.rint(np.linspace(0, steps, INTERVALS + 1)).astype(int)
     return {

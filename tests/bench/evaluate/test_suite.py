@@ -81,6 +81,7 @@ def test_a_task_is_made_again_from_what_is_written_of_it():
         ('[[job]]\nscene = "heap"\nlevels = [9]', "job heap 9: .*level.* 9"),
         ('[[job]]\nscene = "heap"\nsteps = 0', "steps is 0; allowed: 1 or more"),
         ('[[job]]\nscene = "heap"\nset = { soil = { angle = 3 } }', "job heap: .*angle"),
+        ('[[job]]\nscene = "uneven"\nwithout = ["ground.sed"]', "job uneven: ground.sed is not known, did you mean"),
         ('[[job]]\nscene = "heep"', "did you mean heap"),
         ('[[job]]\nscene = "heap"\n[[job]]\nscene = "heap"', "has the job heap twice"),
         ('include = ["mine.toml"]', "includes itself"),

@@ -1,12 +1,29 @@
-"""What commands share: how they speak, which folders they may write to, how they read numbers."""
+"""What commands share: how they end and speak, which folders they may write to, how they read numbers."""
 
 import argparse
+import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130  # exit statuses
+
+
+def end(name: str, command: Callable[[], int], interrupted: str = "interrupted") -> int:
+    """Run a command; returns its exit status. Bad input is one line on stderr, after its name, and status 2."""
+    try:
+        return command()
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (ValueError, OSError, ImportError) as error:
+        sys.stderr.write(f"{name}: error: {error}\n")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{name}: {interrupted}\n")
+        return INTERRUPTED
 
 
 def say(*lines: str) -> None:
