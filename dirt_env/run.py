@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env import __version__
+from dirt_env.config import SceneConfig
 from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy, needed
@@ -29,6 +30,13 @@ COLUMNS = (
     ("grade_error_m", "grade err m", "{:.3f}"),
     ("m3_per_h", "m3/h", "{:.1f}"),
 )
+
+
+def idle_figures(config: SceneConfig) -> tuple[str, ...]:
+    """What the replay of a scene does not show: figures that say nothing there, and the time, which it shows anyway."""
+    design = () if config.design is not None else ("grade_error_m",)
+    traction = () if config.traction is not None else ("energy_kj", "slip")
+    return ("time_s", *design, *traction)
 
 
 class Run:
@@ -94,7 +102,7 @@ class Run:
             if done == 0:
                 regions = {name: getattr(layout, name) for name in ("start", "goal", "target", "design", "solid")}
                 self.recorder.begin(label, **regions)
-            left_out = ("time_s",) if env.config.design is not None else ("time_s", "grade_error_m")
+            left_out = idle_figures(env.config)
             stats = {name: value for name, value in info.items() if isinstance(value, float) and name not in left_out}
             self.recorder.add(world.height, world.machine[0], info["time_s"], stats, cells_of(world))
 

@@ -2,8 +2,10 @@
 
 import pytest
 
+from dirt_env.config import load
 from dirt_env.env import DirtPushEnv
 from dirt_env.rollout import mean, play
+from dirt_env.run import idle_figures
 
 HALF_A_JOB = {"is_success": False, "success": 0.0, "time_s": 10.0, "volume_moved_m3": 1.0}
 
@@ -40,3 +42,8 @@ def test_the_mean_has_the_share_that_was_done():
     done = {**HALF_A_JOB, "is_success": True, "success": 1.0, "time_s": 30.0, "volume_moved_m3": 3.0}
     figures = mean([{"seed": 1, **HALF_A_JOB}, {"seed": 2, **done}])
     assert figures == {"success": 0.5, "time_s": 20.0, "volume_moved_m3": 2.0, "m3_per_h": pytest.approx(360.0)}
+
+
+def test_the_replay_leaves_out_what_says_nothing_in_a_scene():
+    assert idle_figures(load("heap")) == ("time_s", "grade_error_m", "energy_kj", "slip")
+    assert idle_figures(load("pad", traction={})) == ("time_s",)
