@@ -1,8 +1,8 @@
 """What a scene may leave out: the time of a step with it and without it.
 
 `tests/bench/test_lean.py` proves for each that the lean step gives the full one's result, to the last bit, where the
-feature is there but neutral. Draft force and soil that varies from cell to cell are not in the library yet; they get a
-row when they are.
+feature is there but neutral; for traction and noise `tests/sim/test_traction.py` and `tests/test_soil_and_noise.py` do.
+Soil that varies from cell to cell is not in the library.
 """
 
 from collections.abc import Callable, Sequence
@@ -141,6 +141,14 @@ def _design(full: bool) -> Step:
     return lambda: gauge.measure(height)
 
 
+def _traction(full: bool) -> Step:
+    return env_step(started(traction={}) if full else started())
+
+
+def _noise(full: bool) -> Step:
+    return env_step(started(observation={"noise": {"height": 0.01}}) if full else started())
+
+
 def _observation(name: str) -> Callable[[bool], Step]:
     return lambda full: env_step(started(observation={name: full}))
 
@@ -180,6 +188,8 @@ FEATURES = (
     Feature("obstacles", "no cell is solid", _solid),
     Feature("open border", "no soil near it", _open_border),
     Feature("design surface", "its region is empty", _design),
+    Feature("draft and traction", "no table traction", _traction),
+    Feature("noise of heights", "no table observation.noise", _noise),
     Feature("overview", "observation.overview false", _observation("overview")),
     Feature("map", "observation.map false", _observation("map")),
     Feature(f"info of a batch of {WORLDS}", 'info="none"', _info),
