@@ -1,8 +1,13 @@
 """How reports are written: JSON with a row a line, tables for a terminal and for Markdown, documents renewed."""
 
+import argparse
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
+
+from dirt_env.render.atomic import write_atomically
+from dirt_env.terminal import end, say, writable
 
 
 def as_json(report: Mapping[str, Any]) -> str:
@@ -43,3 +48,26 @@ def renewed(document: str, name: str, blocks: Mapping[str, str]) -> str:
             )
         result.append(f"{begin}{mark} -->\n{blocks[mark]}\n{end}{after}")
     return "".join(result)
+
+
+def report(
+    name: str,
+    about: str | None,
+    measure: Callable[[], dict[str, Any]],
+    draw: Callable[[dict[str, Any], Path], None],
+    table: Callable[[dict[str, Any]], str],
+) -> int:
+    """The command `python -m dirt_env.bench.NAME --out DIR`: writes NAME.json and NAME.png, prints the table."""
+    parser = argparse.ArgumentParser(f"python -m dirt_env.bench.{name}", description=about)
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for what is written")
+    folder = parser.parse_args().out
+
+    def write() -> int:
+        out = writable(folder)
+        results = measure()
+        write_atomically(out / f"{name}.json", (json.dumps(results, indent=1) + "\n").encode())
+        draw(results, out / f"{name}.png")
+        say(table(results))
+        return 0
+
+    return end(name, write)

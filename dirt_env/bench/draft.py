@@ -4,22 +4,19 @@ Passive pressure on an upright blade against tables by curved failure planes; dr
 of a machine that cuts; load ahead of the blade against its width. Needs matplotlib.
 """
 
-import argparse
-import json
 import sys
 from math import pi, radians
 from pathlib import Path
 
 import numpy as np
 
-from dirt_env.bench.document import markdown
+from dirt_env.bench.document import markdown, report
 from dirt_env.config import SceneConfig, load
 from dirt_env.sim.advance import advance, place
 from dirt_env.sim.draft import draft_force, earthmoving_factors
 from dirt_env.sim.params import Command
 from dirt_env.sim.state import World, make_world
 from dirt_env.sim.traction import cut_of
-from dirt_env.terminal import end, writable
 
 # Coefficients of passive pressure of cohesionless soil on an upright wall with level ground, from failure planes that
 # are logarithmic spirals: A. Caquot, J. Kerisel, Tables for the calculation of passive pressure, 1948, as given in
@@ -213,22 +210,15 @@ def _off(found: float, wanted: float) -> str:
     return f"{found / wanted - 1:+z.1%}"
 
 
+def measure() -> dict:
+    """All results by name."""
+    results = {"passive_pressure": passive_pressure(), "draft": draft_against_depth()}
+    return results | {"load": load_against_width(), "scales": scales()}
+
+
 def main() -> int:
     """Work all out, write `draft.json` and `draft.png`, and print the tables."""
-    parser = argparse.ArgumentParser("python -m dirt_env.bench.draft", description=__doc__)
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for what is written")
-    options = parser.parse_args()
-    return end("draft", lambda: _report(options.out))
-
-
-def _report(folder: Path) -> int:
-    out = writable(folder)
-    results = {"passive_pressure": passive_pressure(), "draft": draft_against_depth()}
-    results |= {"load": load_against_width(), "scales": scales()}
-    (out / "draft.json").write_text(json.dumps(results, indent=1) + "\n")
-    draw(results, out / "draft.png")
-    sys.stdout.write(tables(results) + "\n")
-    return 0
+    return report("draft", __doc__, measure, draw, tables)
 
 
 if __name__ == "__main__":

@@ -4,8 +4,6 @@ A column that collapses against the exact cone; time of an update; slopes at res
 paper's scenes. Needs matplotlib.
 """
 
-import argparse
-import json
 import sys
 from math import pi, radians, tan
 from pathlib import Path
@@ -14,6 +12,7 @@ from time import process_time
 
 import numpy as np
 
+from dirt_env.bench.document import report
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
 from dirt_env.rollout import play
@@ -22,7 +21,6 @@ from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.state import make_world
 from dirt_env.sim.voxel import update, update_all
 from dirt_env.sim.voxel_state import Rules, Voxels, make_voxels
-from dirt_env.terminal import end, writable
 
 SIDE, CELL, TOWER, HIGH = 64, 0.5, 7, 14.0  # cells, m, cells, m
 REPEATS = 7
@@ -221,22 +219,15 @@ def outcome(figures: dict) -> str:
     return f"{share:.1f} %, {time:.0f} s" if figures["is_success"] else f"{share:.1f} % after {time:.0f} s: not done"
 
 
+def measure() -> dict:
+    """All results by name."""
+    results = {"collapse": collapse(), "updates": update_times(), "slopes": slopes(), "limit_cycles": limit_cycles()}
+    return results | {"scenes": scenes()}
+
+
 def main() -> int:
     """Measure, write `paper.json` and `paper.png`, and print the tables."""
-    parser = argparse.ArgumentParser("python -m dirt_env.bench.paper", description=__doc__)
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for what is written")
-    options = parser.parse_args()
-    return end("paper", lambda: _report(options.out))
-
-
-def _report(folder: Path) -> int:
-    out = writable(folder)
-    results = {"collapse": collapse(), "updates": update_times(), "slopes": slopes(), "limit_cycles": limit_cycles()}
-    results["scenes"] = scenes()
-    (out / "paper.json").write_text(json.dumps(results, indent=1) + "\n")
-    draw(results, out / "paper.png")
-    sys.stdout.write(table(results) + "\n")
-    return 0
+    return report("paper", __doc__, measure, draw, table)
 
 
 if __name__ == "__main__":
