@@ -37,7 +37,7 @@ class Course(DirtPushVecEnv):
     def __init__(self, settings: Settings, number: int = 0) -> None:
         """Make the worlds of stage `number`."""
         self.settings, self.number = settings, number
-        super().__init__(settings.worlds.count, info="end", **_worlds(settings, self.stage))
+        super().__init__(settings.worlds.count, info="end", **worlds_of(settings, self.stage))
         self.returns = np.zeros(self.num_envs)
         self.ended: list[Ended] = []
         self.seconds = 0.0  # spent in the environment
@@ -83,7 +83,7 @@ class Course(DirtPushVecEnv):
         """Go on to the next stage; `reset` starts its first episodes."""
         self.number += 1
         self.native.close()
-        self.native = DirtPushVecEnv(self.num_envs, info="end", **_worlds(self.settings, self.stage)).native
+        self.native = DirtPushVecEnv(self.num_envs, info="end", **worlds_of(self.settings, self.stage)).native
         self.returns[:] = 0.0
         self._judged = self._blank_sheets()
         self.seed()
@@ -112,11 +112,11 @@ class Course(DirtPushVecEnv):
         return {level: deque(maxlen=JUDGED) for level in self.stage.levels or (None,)}
 
 
-def _worlds(settings: Settings, stage: Stage) -> dict[str, Any]:
-    """The arguments of a stage's environment; episodes last as long as the longest of its jobs takes."""
+def worlds_of(settings: Settings, stage: Stage) -> dict[str, Any]:
+    """The arguments of a stage's environment."""
     worlds = settings.worlds
     levels = stage.levels or (None,)
-    steps = max(load(worlds.scene, **overrides_of(settings, level)).steps for level in levels)
+    steps = worlds.steps or max(load(worlds.scene, **overrides_of(settings, level)).steps for level in levels)
     variants = [{} if level is None else {"level": level} for level in levels]
     return {
         "scene": worlds.scene,

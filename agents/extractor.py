@@ -1,5 +1,6 @@
-"""What the actor and the critic see of an observation: convolutions over the small patch, the pose beside them."""
+"""What the actor and the critic see: convolutions over the small patch; the pose and the overview beside them."""
 
+import math
 from itertools import pairwise
 
 import torch
@@ -7,28 +8,32 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
-from .settings import Network
+from .settings import OVERVIEW_GAIN, Network
 
 
-class PatchAndPose(BaseFeaturesExtractor):
-    """`network.features` numbers of a `patch` and a `pose`; `agents/network.py` is its twin in numpy.
+class PatchPoseOverview(BaseFeaturesExtractor):
+    """`network.features` numbers of `patch`, `pose` and, if there is one, `overview`; `agents/network.py` is its twin.
 
     The patch goes in as it is, in metres: heights over the ground under the machine, of the order of the blade's 1 m.
+    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN.
     """
 
     def __init__(self, observation_space: spaces.Dict, network: Network) -> None:
-        """Layers for the patch's shape and the pose's length."""
+        """Layers for the shapes of what is observed."""
         super().__init__(observation_space, network.features)
-        patch, pose = observation_space["patch"].shape, observation_space["pose"].shape
+        patch = observation_space["patch"].shape
+        beside = [space for name, space in observation_space.spaces.items() if name != "patch"]
         channels, layers = pairwise((patch[0], *network.filters)), []
         for (before, after), kernel, stride in zip(channels, network.kernels, network.strides, strict=True):
             layers += [nn.Conv2d(before, after, kernel, stride), nn.ReLU()]
         self.convolutions = nn.Sequential(*layers, nn.Flatten())
         with torch.no_grad():
             width = self.convolutions(torch.zeros(1, *patch)).shape[1]
-        self.dense = nn.Linear(width + pose[0], network.features)
+        self.dense = nn.Linear(width + sum(math.prod(space.shape) for space in beside), network.features)
 
     def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
         """f4[n, features]."""
-        seen = self.convolutions(observations["patch"])
-        return torch.tanh(self.dense(torch.cat([seen, observations["pose"]], dim=1)))
+        seen = [self.convolutions(observations["patch"]), observations["pose"]]
+        if "overview" in observations:
+            seen.append(OVERVIEW_GAIN * observations["overview"].flatten(1))
+        return torch.tanh(self.dense(torch.cat(seen, dim=1)))

@@ -24,7 +24,7 @@ UPDATE = {  # name: that of stable-baselines3
     "explained_variance": "train/explained_variance",
     "std": "train/std",
 }
-TIME = ("environment", "inference", "update", "steps_per_s")
+TIME = ("environment", "inference", "update", "steps_per_s", "cpu_seconds")
 COLUMNS = ("steps", "seconds", "stage", "episodes", *EPISODE, *UPDATE, *TIME)
 
 

@@ -1,8 +1,8 @@
 """A trained policy in a file, and its network in numpy: nothing of what trained it is needed to run it.
 
 The file is a .npz without pickles: the weights, and a JSON text `metadata` that says what observation they are for and
-where they come from. The network: convolutions over the patch (ReLU), the rest of the patch and the pose side by side
-through dense layers (tanh), the last of them the mean action, clipped to [-1, 1].
+where they come from. The network: convolutions over the patch (ReLU); what they give, the pose and the overview (if it
+is looked at) side by side through dense layers (tanh), the last of them the mean action, clipped to [-1, 1].
 """
 
 from collections.abc import Mapping
@@ -16,8 +16,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from dirt_env.config import SceneConfig
 from dirt_env.policy import Observation
 from dirt_env.task.observation import POSE_ENTRIES
+from dirt_env.task.site_map import OVERVIEW
 
 from .archive import packed, unpacked
+from .settings import OVERVIEW_GAIN
 
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
@@ -64,12 +66,15 @@ class Network:
     pose_scale: np.ndarray
     clip: float
 
-    def actions(self, patch: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Actions f4[n, 3] in [-1, 1] for patches f4[n, channels, P, P] and poses f4[n, 15]."""
+    def actions(self, patch: np.ndarray, pose: np.ndarray, overview: np.ndarray | None) -> np.ndarray:
+        """Actions f4[n, 3] in [-1, 1] for patches f4[n, channels, P, P], poses f4[n, 15], overviews f4[n, 2, K, K]."""
         for convolution in self.convolutions:
             patch = convolution(patch)
         pose = np.clip((pose - self.pose_mean) / self.pose_scale, -self.clip, self.clip)
-        values = np.concatenate([patch.reshape(len(patch), -1), pose], axis=1)
+        seen = [patch.reshape(len(patch), -1), pose]
+        if overview is not None:
+            seen.append(np.float32(OVERVIEW_GAIN) * overview.reshape(len(overview), -1))
+        values = np.concatenate(seen, axis=1)
         for layer in self.hidden:
             values = np.tanh(layer(values))
         return np.clip(self.action(values), -1.0, 1.0)
@@ -81,20 +86,21 @@ class LearnedPolicy:
     sees = "patch"
 
     def __init__(self, network: Network, metadata: Mapping[str, Any]) -> None:
-        """`metadata["observation"]`: the keys of the scene's table `observation` that it was trained with."""
+        """`metadata["observation"]` and `["action"]`: the keys of the scene's tables that it was trained with."""
         self.network, self.metadata = network, metadata
-        self.observation = dict(metadata["observation"])
+        self.observation, self.action = dict(metadata["observation"]), dict(metadata["action"])
 
     def reset(self, seed: int | None = None) -> None:
         """Nothing to forget."""
 
     def act(self, observation: Observation) -> np.ndarray:
         """Action (3,) in [-1, 1]."""
-        return self.network.actions(observation["patch"][None], observation["pose"][None])[0]
+        return self.act_all({name: array[None] for name, array in observation.items()})[0]
 
     def act_all(self, observations: Observation) -> np.ndarray:
         """Actions (n, 3) in [-1, 1] for the observations of a batch."""
-        return self.network.actions(observations["patch"], observations["pose"])
+        overview = observations["overview"] if self.observation.get("overview") else None
+        return self.network.actions(observations["patch"], observations["pose"], overview)
 
 
 def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
@@ -108,9 +114,14 @@ def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
         raise ValueError(f"policy {path} is damaged or no policy: {error}") from error
 
 
+def describe(path: Path) -> str:
+    """What a policy's file says of itself, in a line."""
+    return str(unpacked(path, FORMAT)[1].get("training", {}).get("settings", {}).get("description", ""))
+
+
 def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:
     """The policy of these arrays; ValueError where they are not what the metadata says."""
-    missing = [name for name in ("observation", "strides", "hidden", "clip") if name not in metadata]
+    missing = [name for name in ("observation", "action", "strides", "hidden", "clip") if name not in metadata]
     if missing:
         raise ValueError(f"its metadata has no {' and no '.join(missing)}")
     strides, observation = metadata["strides"], metadata["observation"]
@@ -121,7 +132,8 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
         channels, kernel = weight.shape[0], weight.shape[2]
         size = (size - kernel) // stride + 1
         convolutions.append(Convolution(weight, _array(arrays, f"conv{number}.bias", (channels,)), stride))
-    width, hidden = channels * size * size + len(POSE_ENTRIES), []
+    overview = 2 * OVERVIEW**2 if observation.get("overview") else 0
+    width, hidden = channels * size * size + len(POSE_ENTRIES) + overview, []
     for number in range(metadata["hidden"]):
         weight = _array(arrays, f"hidden{number}.weight", (None, width))
         width = weight.shape[0]

@@ -11,6 +11,8 @@ from dirt_env.config.loading import merge
 from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 
+OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
+
 FROM_ONE = Number(1, whole=True)
 POSITIVE = Number(0, above=True)
 SHARE = Number(0, 1)
@@ -19,12 +21,16 @@ WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layo
 
 @dataclass(frozen=True)
 class Worlds:
-    """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them."""
+    """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them.
+
+    Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes.
+    """
 
     count: int = 256
     scene: str = "heap"
     set: Mapping[str, Any] = field(default_factory=dict)
     threads: int = 1
+    steps: int | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,25 @@ class Network:
     strides: tuple[int, ...] = (2, 2)
     features: int = 128
     hidden: tuple[int, ...] = (128,)
+
+
+@dataclass(frozen=True)
+class Teacher:
+    """A scripted behaviour to begin from; without a `policy`, training begins from nothing.
+
+    It plays `worlds` worlds of the last stage for `steps` steps in all, with normal errors of spread `noise` on its
+    actions; the actor imitates it for `epochs` passes over that. Then PPO begins, for `critic_steps` steps with the
+    critic alone, which knows nothing yet.
+    """
+
+    policy: str = ""
+    worlds: int = 96
+    steps: int = 250_000
+    noise: float = 0.15
+    epochs: int = 5
+    batch_size: int = 512
+    learning_rate: float = 1e-3
+    critic_steps: int = 100_000
 
 
 @dataclass(frozen=True)
@@ -101,6 +126,7 @@ class Settings:
     worlds: Worlds = Worlds()
     stages: tuple[Stage, ...] = (Stage(),)
     network: Network = Network()
+    teacher: Teacher = Teacher()
     ppo: Ppo = Ppo()
     normalise: Normalise = Normalise()
     record: Record = Record()
@@ -159,7 +185,9 @@ TRAINING = Table(
         "steps": FROM_ONE,
         "seed": Number(0, whole=True),
         "device": Choice(("cpu", "cuda", "auto")),
-        "worlds": Table(Worlds, {"count": WORLDS, "scene": SceneName(), "set": SceneKeys(), "threads": FROM_ONE}),
+        "worlds": Table(
+            Worlds, {"count": WORLDS, "scene": SceneName(), "set": SceneKeys(), "threads": FROM_ONE, "steps": FROM_ONE}
+        ),
         "stage": Many(STAGE),
         "network": Table(
             Network,
@@ -169,6 +197,19 @@ TRAINING = Table(
                 "strides": Whole(FROM_ONE),
                 "features": FROM_ONE,
                 "hidden": Whole(FROM_ONE, 0),
+            },
+        ),
+        "teacher": Table(
+            Teacher,
+            {
+                "policy": Text(),
+                "worlds": WORLDS,
+                "steps": FROM_ONE,
+                "noise": Number(0, 1),
+                "epochs": FROM_ONE,
+                "batch_size": FROM_ONE,
+                "learning_rate": POSITIVE,
+                "critic_steps": Number(0, whole=True),
             },
         ),
         "ppo": Table(
@@ -237,8 +278,8 @@ def _check(settings: Settings) -> None:
     played = [*settings.stages, settings.record]
     for level in {level for one in played for level in one.levels or (None,)}:
         seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
-        if seen.overview or seen.map:
-            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
+        if seen.map:
+            raise ValueError("worlds.set.observation asks for map; allowed: patch, pose and overview")
         _check_size(network, seen.size)
 
 

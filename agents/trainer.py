@@ -4,7 +4,7 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,14 @@ from dirt_env.render.atomic import write_atomically
 from . import checkpoint
 from .course import Course
 from .export import actor_arrays, actor_metadata
-from .extractor import PatchAndPose
+from .extractor import PatchPoseOverview
+from .imitation import imitate, let_learn
 from .logbook import Logbook
 from .network import read, written
 from .selection import Selection
 from .settings import Settings
 
+SPENT = ("seconds", "cpu_seconds", "imitation_seconds")  # wall time, time of the processor, the part for imitation
 CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
 
 
@@ -67,7 +69,13 @@ class Trainer:
             gamma=gamma,
         )
         self.model = self._make_model()
-        self.notes: dict[str, Any] = {"seconds": 0.0, "stage_began": 0, "evaluated": -1, "best": None, "scores": []}
+        self.notes: dict[str, Any] = {
+            **dict.fromkeys(SPENT, 0.0),
+            "stage_began": 0,
+            "evaluated": -1,
+            "best": None,
+            "scores": [],
+        }
         self.resumed = found is not None
         if found is None:
             self._begin_episodes()
@@ -93,6 +101,8 @@ class Trainer:
         progress = Progress(self.settings.steps)
         with _signals() as stopped:
             try:
+                if not self.resumed and self.settings.teacher.policy and not self._imitate(progress, stopped):
+                    return stopped[0]
                 while not (self.is_done or stopped):
                     self._iterate(logbook)
                     progress.show(self.steps, self._words())
@@ -109,17 +119,37 @@ class Trainer:
         self.env.close()
         self._selection.close()
 
+    def _imitate(self, progress: Progress, stopped: list[int]) -> bool:
+        """Begin from the teacher, and save; False if that was stopped: then the next run begins it anew."""
+
+        def tell(share: float, words: str) -> bool:
+            progress.show(share * self.settings.steps, words)
+            return bool(stopped)
+
+        begun, busy = perf_counter(), process_time()
+        if not imitate(self.settings, self.model, self.env, tell):
+            return False
+        self._begin_episodes()
+        wall = perf_counter() - begun
+        self.notes |= {"seconds": wall, "imitation_seconds": wall, "cpu_seconds": process_time() - busy}
+        self._save()
+        return True
+
     def _iterate(self, logbook: Logbook) -> None:
         """One rollout and update, and what is due after it: log, evaluation, next stage, save."""
         begun, environment, update = perf_counter(), self.course.seconds, self.model.update_seconds
+        busy, teacher = process_time(), self.settings.teacher
+        let_learn(self.model, critic_only=bool(teacher.policy) and self.steps < teacher.critic_steps)
         self.model.learn(self.settings.rollout, log_interval=None, reset_num_timesteps=False)
         wall = perf_counter() - begun
         self.notes["seconds"] += wall
+        self.notes["cpu_seconds"] += process_time() - busy
         shares = {
             "environment": (self.course.seconds - environment) / wall,
             "update": (self.model.update_seconds - update) / wall,
         }
         shares |= {"inference": 1.0 - sum(shares.values()), "steps_per_s": self.settings.rollout / wall}
+        shares |= {"cpu_seconds": self.notes["cpu_seconds"]}
         ended, self.course.ended = self.course.ended, []
         logged = self.model.logger.name_to_value
         logbook.note(self.steps, self.notes["seconds"], self.course.number, ended, logged, shares)
@@ -176,7 +206,7 @@ class Trainer:
             seed=self.settings.seed,
             device=self.settings.device,
             policy_kwargs={
-                "features_extractor_class": PatchAndPose,
+                "features_extractor_class": PatchPoseOverview,
                 "features_extractor_kwargs": {"network": network},
                 "net_arch": list(network.hidden),
                 "activation_fn": torch.nn.Tanh,

@@ -14,7 +14,7 @@ from dirt_env.policy import Observation
 from .pushing.body import Body
 from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
-from .pushing.edge import edge_for
+from .pushing.edge import blade_action, edge_for
 from .pushing.parameters import Pushing, numbers_for
 from .pushing.route import Point, way
 from .pushing.site import Site
@@ -89,9 +89,8 @@ class AdaptivePush:
         steering, speed, edge = action
         if self.state is not State.DONE:
             steering, speed = self._body.allowed(steering, speed)
-        machine = self.site.machine
-        blade = edge / machine.lift if edge > 0.0 else edge / max(machine.cut, 1e-9)
-        return np.clip(np.array([steering, speed, blade]), -1.0, 1.0).astype(np.float32)
+        action = np.array([steering, speed, blade_action(self.site, edge)])
+        return np.clip(action, -1.0, 1.0).astype(np.float32)
 
     def _go(self, state: State) -> None:
         self.state, self._steps, self._trail = state, 0, []

@@ -18,7 +18,7 @@ from dirt_env.config import SceneConfig
 
 PACKAGE = "dirt_env.baselines"
 NETWORK = "dirt_env.agents.network"  # reads what training has written
-TRAINED = ".npz"
+AGENTS, TRAINED = "dirt_env.agents", ".npz"
 SEES = ("map", "patch", "nothing")
 OTHERS = "a .npz file that training has written; or your own as module:attribute"
 FORM = "allowed: module:attribute, a class or function that is called with the scene's config, as in my_rules:MyPush"
@@ -31,8 +31,8 @@ class Policy(Protocol):
     `sees` says what it looks at, so that comparisons stay honest: "patch" (what the machine sees itself: `patch`,
     `pose`, `overview`), "map" (the whole site; made with observation={"map": True}), or "nothing".
 
-    `observation`, if it has one, is a mapping with the keys of the scene's table `observation` that it needs, such as
-    {"size": 24}; `dirt-push run` and `evaluate` show it what it needs.
+    `observation` and `action`, if it has them, are mappings with the keys of the scene's tables of these names that it
+    needs, such as {"size": 24}; `dirt-push run` and `evaluate` give it what it needs.
 
     A policy of your own is named `module:attribute`: a class, or a function such as `make`, that is called with the
     `SceneConfig` and gives the policy. The module may be a file in the current folder. An evaluation makes a new
@@ -49,13 +49,14 @@ class Policy(Protocol):
 
 
 def load_policy(name: str, config: SceneConfig) -> Policy:
-    """The policy of that name for a scene: a scripted behaviour, a trained policy's .npz file, or `module:attribute`.
+    """The policy of that name for a scene: a scripted behaviour, a trained policy that is shipped, such as ppo, or one
+    in a .npz file, or `module:attribute`.
 
     Raises ValueError for a name that is not known, or something that is no policy, and ImportError for a module that
     cannot be imported, with a sentence that helps.
     """
-    if name.endswith(TRAINED):
-        return import_module(NETWORK).load(name, config)
+    if (file := trained_file(name)) is not None:
+        return import_module(NETWORK).load(file, config)
     if ":" not in name:
         return _module(name).make(config)
     maker = _maker(name)
@@ -70,26 +71,47 @@ def load_policy(name: str, config: SceneConfig) -> Policy:
     return _checked(name, policy)
 
 
-def needed(policy: Policy) -> dict[str, Any]:
-    """The keys of a scene's table `observation` that make an environment show what the policy looks at."""
-    return {**getattr(policy, "observation", {}), **({"map": True} if policy.sees == "map" else {})}
+def needed(policy: Policy) -> dict[str, dict[str, Any]]:
+    """The scene's tables that make an environment show what the policy looks at, and take its actions as it means them.
+
+    `DirtPushEnv(scene="heap", **needed(policy))` is the environment for it.
+    """
+    seen = {**getattr(policy, "observation", {}), **({"map": True} if policy.sees == "map" else {})}
+    tables = {"observation": seen, "action": dict(getattr(policy, "action", {}))}
+    return {name: table for name, table in tables.items() if table}
 
 
 def policy_names() -> tuple[str, ...]:
-    """Names of the scripted behaviours."""
+    """Names of the scripted behaviours and of the trained policies that are shipped."""
     modules = iter_modules(import_module(PACKAGE).__path__)
-    return tuple(sorted(module.name for module in modules if not module.ispkg))
+    scripted = (module.name for module in modules if not module.ispkg)
+    return tuple(sorted([*scripted, *(path.stem for path in _shelf().glob(f"*{TRAINED}"))]))
 
 
 def describe_policy(name: str) -> str:
-    """What a scripted behaviour does, in a line."""
+    """What a policy that is shipped does, in a line."""
+    if (file := trained_file(name)) is not None:
+        return import_module(NETWORK).describe(file)
     return (_module(name).__doc__ or "").strip().partition("\n")[0]
+
+
+def trained_file(name: str) -> Path | None:
+    """The file of a trained policy, by its path or by the name under which it is shipped; None for other policies."""
+    if name.endswith(TRAINED):
+        return Path(name).expanduser()
+    shipped = _shelf() / f"{name}{TRAINED}"
+    return shipped if name.isidentifier() and shipped.is_file() else None
+
+
+def _shelf() -> Path:
+    """Where the trained policies lie that are shipped."""
+    return Path(import_module(AGENTS).__path__[0]) / "policies"
 
 
 def policy_file(name: str) -> Path | None:
     """The file that a trained policy, or one of somebody's own, is written in; None for a scripted behaviour."""
-    if name.endswith(TRAINED):
-        return Path(name).expanduser()
+    if (file := trained_file(name)) is not None:
+        return file
     if ":" not in name:
         return None
     found = getattr(_own_module(name), "__file__", None)
@@ -156,6 +178,7 @@ def _checked(name: str, policy: Any) -> Policy:
         )
     if (sees := getattr(policy, "sees", None)) not in SEES:
         raise ValueError(f"policy {name}: its `sees` is {sees!r}; allowed: {', '.join(map(repr, SEES))}")
-    if not isinstance(getattr(policy, "observation", {}), Mapping):
-        raise ValueError(f"policy {name}: its `observation` is {policy.observation!r}; allowed: a mapping of keys")
+    for table in ("observation", "action"):
+        if not isinstance(value := getattr(policy, table, {}), Mapping):
+            raise ValueError(f"policy {name}: its `{table}` is {value!r}; allowed: a mapping of keys")
     return policy

@@ -62,8 +62,8 @@ class Run:
         self.scene, self.policy_name, self.seed = scene, policy, seed
         self.env = DirtPushEnv(scene=scene, **(overrides or {}))
         self.policy = load_policy(policy, self.env.config)
-        if observation := needed(self.policy):
-            self.env = DirtPushEnv(scene=scene, **merge(overrides or {}, {"observation": observation}))
+        if tables := needed(self.policy):
+            self.env = DirtPushEnv(scene=scene, **merge(overrides or {}, tables))
         config = self.env.config
         self.steps = steps or config.steps
         self.summaries: list[Summary] = []

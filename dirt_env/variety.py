@@ -59,6 +59,7 @@ def features(config: SceneConfig) -> dict[str, Any]:
         "obstacles": config.has_walls,
         "a design": config.design is not None,
         "traction": config.traction is not None,
+        "action.blade": config.action.blade,
         "observation.size": seen.size,
         "observation.channels": config.channels,
         "observation.height_limit": seen.height_limit,

@@ -25,7 +25,7 @@ from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, t
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
-APART = ("job", "scenes", "channels", "pulls", "sums")  # what of a batch is no array, or not of an episode
+APART = ("job", "scenes", "channels", "pulls", "grade", "sums")  # what of a batch is no array, or not of an episode
 BUSY = np.zeros(1, bool)  # one world that is not idle
 
 
@@ -48,6 +48,7 @@ class Worlds:
             open_border=first.site.border == "open",
             channels=self.observer.view.channels,
             traction=first.traction is not None,
+            grade_control=first.action.blade == "grade",
         )
         views = {config: Observer(config).view for config in dict.fromkeys(configs)}
         for i, config in enumerate(configs):

@@ -54,6 +54,51 @@ def into_the_heap(env):
     return [env.step([0.0, 1.0, -0.3]) for _ in range(6)]
 
 
+def edge_over_target(env):
+    """Height of the middle of the edge over the target surface under it [m], where that is level."""
+    machine = env.episode.world.machine[0]
+    x = machine["x"] + env.config.blade.reach * np.cos(machine["heading"])
+    column = int(x / env.config.grid.cell)
+    target = env.episode.job.target[int(machine["y"] / env.config.grid.cell), column]
+    return machine["z"] + machine["pitch"] * env.config.blade.reach + machine["edge"] - target
+
+
+# Grade control
+
+
+@pytest.mark.parametrize(("blade", "height"), [(0.0, 0.0), (-0.4, -0.1), (-1.0, -0.25)])
+@pytest.mark.parametrize("x", [3.0, 7.0])
+def test_grade_control_holds_the_edge_at_the_target_whatever_the_tracks_stand_on(blade, height, x):
+    env = DirtPushEnv(scene=SHOVE, machine={"cut": 2.0}, action={"blade": "grade"})
+    env.reset(seed=0, options={"pose": (x, 8.0, 0.0)})  # on the level, and on the heap
+    tilted = abs(env.episode.world.machine[0]["pitch"]) > 0.05
+    assert tilted == (x == 7.0)
+    for _ in range(8):
+        env.step([0.0, 0.0, blade * 0.25 / 2.0])
+    assert edge_over_target(env) == pytest.approx(height, abs=1e-6)
+
+
+def test_grade_control_lets_go_as_the_blade_is_lifted():
+    env = DirtPushEnv(scene=SHOVE, action={"blade": "grade"})
+    env.reset(seed=0, options={"pose": (7.0, 8.0, 0.0)})
+    for _ in range(8):
+        env.step([0.0, 0.0, 1.0])
+    assert env.episode.world.machine[0]["edge"] == env.config.machine.lift
+
+
+def test_with_grade_control_a_machine_that_drives_over_heaps_does_not_dig():
+    deepest = {}
+    for blade in ("tracks", "grade"):
+        env = DirtPushEnv(scene=SHOVE, action={"blade": blade})
+        env.reset(seed=0)
+        for _ in range(9):
+            env.step([0.0, 1.0, 0.0])
+        episode = env.episode
+        deepest[blade] = float((episode.job.target - episode.world.height).max())
+    assert deepest["grade"] < 0.05
+    assert deepest["tracks"] > 2 * deepest["grade"]
+
+
 # Arguments
 
 

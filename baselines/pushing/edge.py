@@ -14,6 +14,21 @@ LEAST = 0.25  # m; how much of the way ahead is looked at in any case
 TRIES = np.linspace(-1.0, 1.0, 17)  # heights that are tried, from as far down to as far up as the edge gets in a step
 
 
+def blade_action(site: Site, edge: float) -> float:
+    """The action `blade` that asks for an edge so high over the tracks [m], in either sense of `action.blade`."""
+    machine, level = site.machine, _held_by_grade(site) if site.graded else 0.0
+    if edge > level:
+        return (edge - level) / max(machine.lift - level, 1e-9)
+    return (edge - level) / max(machine.cut, 1e-9)
+
+
+def _held_by_grade(site: Site) -> float:
+    """Height over the tracks [m] at which grade control holds the edge on the target surface just now."""
+    z, pitch, _ = _fit(site, site.height, np.zeros(1))[0]
+    x, y = site.blade_at()
+    return float(_bilinear(site, site.target, np.array([x]), np.array([y]))[0]) - z - pitch * site.blade.reach
+
+
 class Strip(NamedTuple):
     """What the blade crosses next: cells (rows, cols), metres ahead and left of its middle."""
 

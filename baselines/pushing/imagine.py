@@ -22,7 +22,9 @@ class ImaginedSite(Site):
     """A site that answers actions: `copy` another one, `step`, look at it as at the real one."""
 
     def __init__(self, config: SceneConfig) -> None:
-        """For a scene; ValueError if its ground is no height field."""
+        """For a scene; ValueError if its ground is no height field, or its blade under grade control."""
+        if config.action.blade != "tracks":
+            raise ValueError(f'action.blade is {config.action.blade!r}; allowed for the planner: "tracks"')
         if not isinstance(config.terrain, HeightField):
             raise ValueError(f"terrain is {config.terrain.kind!r}; allowed: heightfield, which a map shows in full")
         super().__init__(config)

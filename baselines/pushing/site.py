@@ -25,6 +25,7 @@ class Site:
     def __init__(self, config: SceneConfig) -> None:
         self.grid, self.soil, self.blade, self.machine = config.grid, config.soil, config.blade, config.machine
         self.period, self.walled = config.task.period, config.site.border == "wall"
+        self.graded = config.action.blade == "grade"
         self.rated = 0.8 * self.blade.width * self.blade.height**2  # m3, SAE J1265
         self._table = pose_table(self.grid, self.blade, self.machine)
         axes = centres(self.grid)

@@ -29,6 +29,7 @@ def check(config: SceneConfig) -> None:
     """
     _check_site(config)
     _check_machine(config)
+    _check_action(config)
     if config.traction is not None:
         _check_traction(config)
     _check_ground(config)
@@ -82,6 +83,14 @@ def _check_machine(config: SceneConfig) -> None:
         raise ValueError(
             f"machine and blade take {need:g} m (machine.length, machine.width, blade.width, blade.reach); "
             f"allowed: at most the site's {room:g} m (site.size)"
+        )
+
+
+def _check_action(config: SceneConfig) -> None:
+    if config.action.blade == "grade" and not isinstance(config.terrain, HeightField):
+        raise ValueError(
+            f'action.blade is "grade" and terrain is "{config.terrain.kind}"; '
+            f'allowed: "{HeightField.kind}", or action.blade "tracks"'
         )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from dirt_env.config import consistency, episode
 from dirt_env.config.rules import Rule, join, known_keys
 from dirt_env.config.scene import FIELDS, SceneConfig
-from dirt_env.config.tables import POSE, SCENE, SOIL, Observation, Reward, Site, Task
+from dirt_env.config.tables import POSE, SCENE, SOIL, Action, Observation, Reward, Site, Task
 from dirt_env.config.terrain import HeightField
 from dirt_env.scene import survey
 from dirt_env.scene.ground import Flat
@@ -188,6 +188,7 @@ def _build(name: str, folder: Path, written: dict[str, Any]) -> SceneConfig:
         "vary": None,
         "layout": None,
         "task": Task(),
+        "action": Action(),
         "observation": Observation(),
         "reward": Reward(),
     }

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-from dirt_env.config.tables import POSE, SCENE, Earth, Observation, Reward, Site, Task
+from dirt_env.config.tables import POSE, SCENE, Action, Earth, Observation, Reward, Site, Task
 from dirt_env.config.terrain import Terrain
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Ground, Hollow, Start
@@ -42,6 +42,7 @@ class SceneConfig:
     vary: Vary | None  # None: everything lies where it is written
     layout: Sampler | None  # None: the starts and goals above
     task: Task
+    action: Action
     observation: Observation
     reward: Reward
 

@@ -89,6 +89,13 @@ class Observation:
 
 
 @dataclass(frozen=True)
+class Action:
+    """What the action `blade` means: the edge's height over the "tracks", or under automatic "grade" control."""
+
+    blade: str = "tracks"
+
+
+@dataclass(frozen=True)
 class Reward:
     """Weights of the reward's terms."""
 
@@ -97,6 +104,7 @@ class Reward:
     time: float = 1.0
     spill: float = 5.0
     success: float = 1.0
+    log_work: float = 0.0
 
 
 METRES = Number(0, unit="m", above=True)
@@ -329,6 +337,8 @@ LAYOUT = Table(
 
 TASK = Table(Task, {"period": Number(0, 10, "s", above=True), "time": TIME, "success": SHARE})
 
+ACTION = Table(Action, {"blade": Choice(("tracks", "grade"))})
+
 NOISE = Table(
     Noise, {"height": Number(0, 100, "m"), "position": Number(0, 1e4, "m"), "heading": Number(0, 180, "degrees")}
 )
@@ -347,7 +357,7 @@ OBSERVATION = Table(
     },
 )
 
-REWARD = Table(Reward, dict.fromkeys(("work", "energy", "time", "spill", "success"), WEIGHT))
+REWARD = Table(Reward, dict.fromkeys(("work", "energy", "time", "spill", "success", "log_work"), WEIGHT))
 
 TERRAIN = Named(
     {
@@ -392,6 +402,7 @@ SCENE: dict[str, Rule] = {
     "vary": VARY,
     "layout": LAYOUT,
     "task": TASK,
+    "action": ACTION,
     "observation": OBSERVATION,
     "reward": REWARD,
 }

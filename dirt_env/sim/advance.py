@@ -1,11 +1,13 @@
 """What one control step does to a world: the one composition of the phases."""
 
+from math import cos, inf, sin
+
 import numpy as np
 
 from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, push_work
-from dirt_env.sim.machine import drive, is_free, track_plane, wrap
+from dirt_env.sim.machine import drive, ground_between, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
 from dirt_env.sim.slump import at_rest, limits, relax, settle_window
@@ -55,6 +57,21 @@ def work_of_way(height, solid, pose, cell, soil, blade, way):
 
 
 @kernel
+def graded_edge(target, pose, cell, blade, machine, asked):
+    """Height of the edge over the tracks [m] by automatic grade control, for an `asked` one as in `Command`.
+
+    At 0 the middle of the edge is at the target surface, target[row, col], below 0 as much below it; above 0 it goes
+    from there evenly to `machine.lift` over the tracks.
+    """
+    x, y = pose.x + blade.reach * cos(pose.heading), pose.y + blade.reach * sin(pose.heading)
+    surface = ground_between(target, x / cell - 0.5, y / cell - 0.5, 1.0, 1.0, inf)
+    level = surface - pose.z - pose.pitch * blade.reach
+    share = max(asked, 0.0) / machine.lift
+    edge = (1.0 - share) * level + share * machine.lift + min(asked, 0.0)
+    return min(max(edge, -machine.cut), machine.lift)
+
+
+@kernel
 def move_soil(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals):
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
@@ -89,9 +106,9 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
 @kernel
 def step(
     height, solid, outside, pose, tally, buffers, links, levels, changed, pending, quantum,
-    grid, soil, blade, machine, command, dt, pull=None,
+    grid, soil, blade, machine, command, dt, pull=None, target=None,
 ):  # fmt: skip
-    """One control step in place; see `advance`."""
+    """One control step in place; see `advance`. With a target[row, col] [m] its edge is under grade control."""
     rows, cols = height.shape
     cell = grid.cell
     pieces = substeps(command.speed, command.yaw_rate, dt, cell, blade)
@@ -112,9 +129,11 @@ def step(
         held += 0.0 if went == forward and swung == turn else 1.0 / pieces
         distance += went
         turned += swung
-        largest = machine.edge_rate * period
-        pose.edge += min(max(command.edge - pose.edge, -largest), largest)
         stand(height, cell, pose, blade, machine)
+        edge, largest = command.edge, machine.edge_rate * period
+        if target is not None:
+            edge = graded_edge(target, pose, cell, blade, machine, edge)
+        pose.edge += min(max(edge - pose.edge, -largest), largest)
         new = blade_line(pose, blade)
         touches = move_soil(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals

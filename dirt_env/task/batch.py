@@ -65,7 +65,7 @@ class Batch(NamedTuple):
 
     The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use.
     `sums` is that of the gauge; `channels` i8[c], the patch's, are those of all worlds. `pulls` PULL[n], or None where
-    traction is not computed.
+    traction is not computed; `grade` is the job's target where the blade is under grade control, else None.
     """
 
     height: np.ndarray
@@ -81,6 +81,7 @@ class Batch(NamedTuple):
     scenes: np.ndarray
     channels: np.ndarray
     pulls: np.ndarray | None
+    grade: np.ndarray | None
 
 
 class Scratch(NamedTuple):
@@ -99,6 +100,7 @@ def make_batch(
     open_border: bool,
     channels: Sequence[int],
     traction: bool = False,
+    grade_control: bool = False,
 ) -> Batch:
     """Arrays for `count` worlds, all zero; what such worlds do not have is None."""
     shape = count, rows, cols
@@ -126,6 +128,7 @@ def make_batch(
         scenes=np.zeros(count, SCENE),
         channels=np.array(channels),
         pulls=np.zeros(count, PULL) if traction else None,
+        grade=job.target if grade_control else None,
     )
 
 

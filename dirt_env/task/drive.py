@@ -21,7 +21,7 @@ def drive_worlds(batch: Batch, scratch: Scratch, commands: np.ndarray, done: np.
                 batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
                 scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
                 batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine_of(scene),
-                Command(command[0], command[1], command[2]), scene.period, pull_at(batch.pulls, w),
+                Command(command[0], command[1], command[2]), scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
             )  # fmt: skip
             done[0] += batch.tally[w].cut
             done[1] += batch.tally[w].sweeps

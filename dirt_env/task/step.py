@@ -21,7 +21,7 @@ from dirt_env.task.batch import (
 )
 from dirt_env.task.goal import measure
 from dirt_env.task.observation import Sight, observe
-from dirt_env.task.reward import TERMS, Scale, reward_terms
+from dirt_env.task.reward import TERMS, Scale, ToDo, reward_terms
 
 INFO = (
     "share_in_goal",
@@ -74,7 +74,7 @@ def step_worlds(
                 batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
                 scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
                 batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
-                scene.period, pull_at(batch.pulls, w),
+                scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
             )  # fmt: skip
             _book(batch, w, figures, w - base)
             _show(batch, w, sight, figures, w - base)
@@ -133,7 +133,8 @@ def _measure(batch, w):
 def _book(batch, w, figures, column):
     """Measure the job after a step, add the step's tally to the totals, and write the reward and its terms."""
     scene, episode, tally = batch.scenes[w], batch.episodes[w], batch.tally[w]
-    before, was_finished = batch.sums.result[w, 0], episode.finished
+    left = batch.sums.result[w]
+    before, was_finished = ToDo(left[0], left[1]), episode.finished
     _measure(batch, w)
     totals, scale = episode.totals, episode.scale
     totals.steps += 1
@@ -143,11 +144,11 @@ def _book(batch, w, figures, column):
     totals.lost += tally.lost
     terms = reward_terms(
         before,
-        batch.sums.result[w, 0],
+        ToDo(left[0], left[1]),
         tally.energy,
         tally.lost,
         episode.finished == 1 and was_finished == 0,
-        Scale(scale.potential, scale.energy, scale.steps, scale.soil),
+        Scale(scale.potential, scale.deep, scale.energy, scale.steps, scale.soil),
     )
     reward = 0.0
     for k in range(len(terms)):

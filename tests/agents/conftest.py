@@ -8,8 +8,15 @@ from dirt_env.agents.network import written
 from dirt_env.agents.settings import load_settings
 
 SMOKE = Path(__file__).resolve().parents[2] / "configs" / "train" / "smoke.toml"
-SEEN = {"size": 8, "resolution": 2.0, "ahead": 0.7, "height_limit": 4.0, "channels": ["height", "todo"]}
-METADATA = {"observation": SEEN, "strides": [2], "hidden": 1, "clip": 10.0}
+SEEN = {
+    "size": 8,
+    "resolution": 2.0,
+    "ahead": 0.7,
+    "height_limit": 4.0,
+    "channels": ["height", "todo"],
+    "overview": False,
+}
+METADATA = {"observation": SEEN, "action": {"blade": "tracks"}, "strides": [2], "hidden": 1, "clip": 10.0}
 
 
 def smoke(**overrides):

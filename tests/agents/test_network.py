@@ -77,7 +77,7 @@ from dirt_env.config import load
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy, needed
 policy = load_policy({str(pusher)!r}, load())
-env = DirtPushEnv(observation=needed(policy))
+env = DirtPushEnv(**needed(policy))
 print(policy.act(env.reset(seed=0)[0]).tolist())
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
@@ -86,8 +86,8 @@ print(policy.act(env.reset(seed=0)[0]).tolist())
 
 def test_the_environment_shows_what_the_network_was_trained_with(pusher):
     policy = load_policy(str(pusher), load_scene("posts"))
-    assert needed(policy) == SEEN
-    assert needed(load_policy("adaptive_push", load_scene())) == {"map": True}
+    assert needed(policy) == {"observation": SEEN, "action": {"blade": "tracks"}}
+    assert needed(load_policy("adaptive_push", load_scene())) == {"observation": {"map": True}}
     assert needed(load_policy("idle", load_scene())) == {}
     assert policy_file(str(pusher)) == pusher
 

@@ -36,7 +36,7 @@ def test_overrides_are_laid_over_the_file():
         ({"network": {"kernels": [40, 3]}}, "network.kernels has 40 over 16 pixels"),
         ({"stage": [{"levels": [0]}, {"levels": [1]}]}, r"stage\[0\] never ends; allowed"),
         ({"stage": [{"levels": [0], "success": 0.5}]}, r"stage\[0\] ends; allowed"),
-        ({"worlds": {"set": {"observation": {"overview": True}}}}, "asks for overview or map; allowed: patch and pose"),
+        ({"worlds": {"set": {"observation": {"map": True}}}}, "asks for map; allowed: patch, pose and overview"),
         ({"stage": [{"levels": [9]}]}, "layout.level is 9; allowed"),
         ({"stage": []}, r"stage is empty; allowed: one \[\[stage\]\] or more"),
         ({"worlds": {"set": {"soil": {"repos": 30}}}}, "soil.repos is not known, did you mean repose"),

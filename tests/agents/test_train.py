@@ -45,7 +45,7 @@ def wait_for(process, out, steps):
 def without_times(path):
     """A log without what a clock has said."""
     rows = [line.split(",") for line in path.read_text().splitlines()]
-    timed = ("seconds", "environment", "inference", "update", "steps_per_s")
+    timed = ("seconds", "cpu_seconds", "environment", "inference", "update", "steps_per_s")
     return [[cell for name, cell in zip(rows[0], row, strict=True) if name not in timed] for row in rows]
 
 

@@ -124,8 +124,8 @@ def _config(task: str) -> SceneConfig:
 
 
 @lru_cache(maxsize=_KEPT)
-def _env(task: str, observation: str) -> DirtPushEnv:
-    overrides = merge(json.loads(task)["overrides"], {"observation": json.loads(observation)})
+def _env(task: str, tables: str) -> DirtPushEnv:
+    overrides = merge(json.loads(task)["overrides"], json.loads(tables))
     return DirtPushEnv(scene=json.loads(task)["scene"], **overrides)
 
 
