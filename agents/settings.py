@@ -78,7 +78,10 @@ class Teacher:
 
 @dataclass(frozen=True)
 class Ppo:
-    """Hyperparameters of PPO under the names of stable-baselines3; `final_rate` is a share of `learning_rate`."""
+    """Hyperparameters of PPO under the names of stable-baselines3; `final_rate` is a share of `learning_rate`.
+
+    With a `log_std_final` the logarithm of the actions' deviation is not learned but falls evenly to that.
+    """
 
     n_steps: int = 32
     batch_size: int = 2048
@@ -93,6 +96,7 @@ class Ppo:
     max_grad_norm: float = 0.5
     target_kl: float = 0.03
     log_std_init: float = -0.3
+    log_std_final: float | None = None
 
 
 @dataclass(frozen=True)
@@ -228,6 +232,7 @@ TRAINING = Table(
                 "max_grad_norm": POSITIVE,
                 "target_kl": POSITIVE,
                 "log_std_init": Number(-5, 2),
+                "log_std_final": Number(-5, 2),
             },
         ),
         "normalise": Table(Normalise, {"pose": Flag(), "returns": Flag(), "clip": POSITIVE}),

@@ -27,6 +27,7 @@ from .selection import Selection
 from .settings import Settings
 
 SPENT = ("seconds", "cpu_seconds", "imitation_seconds")  # wall time, time of the processor, the part for imitation
+OWN = ("final_rate", "log_std_init", "log_std_final")  # what of the table `ppo` is no argument of PPO
 CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
 
 
@@ -140,6 +141,7 @@ class Trainer:
         begun, environment, update = perf_counter(), self.course.seconds, self.model.update_seconds
         busy, teacher = process_time(), self.settings.teacher
         let_learn(self.model, critic_only=bool(teacher.policy) and self.steps < teacher.critic_steps)
+        self._set_deviation()
         self.model.learn(self.settings.rollout, log_interval=None, reset_num_timesteps=False)
         wall = perf_counter() - begun
         self.notes["seconds"] += wall
@@ -162,6 +164,13 @@ class Trainer:
             self._begin_episodes()
         if self._is_due(record.save_every):
             self._save()
+
+    def _set_deviation(self) -> None:
+        """Let the actions' deviation be what it is to be by now, unless it is learned."""
+        ppo, done = self.settings.ppo, min(self.steps / self.settings.steps, 1.0)
+        if ppo.log_std_final is not None:
+            deviation = self.model.policy.log_std.requires_grad_(False)
+            deviation.fill_(ppo.log_std_init + done * (ppo.log_std_final - ppo.log_std_init))
 
     def _is_due(self, every: int) -> bool:
         """Whether the last rollout has passed a multiple of so many steps."""
@@ -198,7 +207,7 @@ class Trainer:
     def _make_model(self) -> LongPPO:
         """PPO with the network for patch and pose; its learning rate falls evenly over all steps of the run."""
         ppo, network = self.settings.ppo, self.settings.network
-        same = {name: value for name, value in vars(ppo).items() if name not in ("final_rate", "log_std_init")}
+        same = {name: value for name, value in vars(ppo).items() if name not in OWN}
         model = LongPPO(
             "MultiInputPolicy",
             self.env,

@@ -103,7 +103,7 @@ def test_let_learn_gives_everything_back(tmp_path):
 
 
 def test_a_teacher_that_needs_another_environment_is_refused(pusher):
-    with pytest.raises(ValueError, match="teacher.policy is .*pusher.npz.*, which needs"):
+    with pytest.raises(ValueError, match=r"teacher.policy is .*pusher.npz.*, which needs"):
         next(demonstrate(smoke(teacher=TEACHER | {"policy": str(pusher)})))
     with pytest.raises(ValueError, match="policy is 'nobody'; known: adaptive_push"):
         next(demonstrate(smoke(teacher=TEACHER | {"policy": "nobody"})))

@@ -1,0 +1,56 @@
+"""The comparison: the tables say what was played, and goes on where it was stopped."""
+
+import json
+
+import pytest
+
+pytest.importorskip("matplotlib")
+
+from dirt_env.agents import compare
+from dirt_env.agents.network import written
+
+from .conftest import METADATA, weights
+
+
+@pytest.fixture
+def two(tmp_path, monkeypatch):
+    """Two policies in place of those that are shipped, one that pushes straight on and one that stands."""
+    names = []
+    for seed, speed in enumerate((0.4, 0.0)):
+        path = tmp_path / f"ppo_seed{seed}.npz"
+        path.write_bytes(written(weights(drive=(0.0, speed, 0.0)), METADATA))
+        log = ["steps,seconds,level,share_area", *(f"{n * 10},{n * 60.0},0,{0.1 * n}" for n in range(4))]
+        path.with_suffix(".csv").write_text("\n".join(log) + "\n")
+        names.append(str(path))
+    monkeypatch.setattr(compare, "learned", lambda: tuple(names))
+    monkeypatch.setattr(compare, "SUITES", {"quick": ("idle",)})
+    return names
+
+
+@pytest.mark.slow
+def test_it_plays_all_and_writes_tables_and_plots(two, tmp_path, capsys):
+    docs, out = tmp_path / "docs", tmp_path / "out"
+    docs.mkdir()
+    marks = ("made-with", "quick", "quick-ratios")
+    (docs / "results.md").write_text("\n".join(f"<!-- results:{mark} -->\n<!-- /results -->" for mark in marks))
+    command = ["--out", str(out), "--layouts", "2", "--renew-docs", str(docs)]
+    assert compare.main(command) == 0
+    text = (docs / "results.md").read_text()
+    assert text.count("| PPO, all seeds |") == 2
+    assert "| 0 | idle | 0.0 [0.0, 0.0] |" in text
+    assert "2 layouts of each level" in text
+    played = [json.loads(line) for line in (out / "quick" / "episodes.jsonl").read_text().splitlines()[1:]]
+    pushed = [row["metrics"]["share_end"] for row in played if row["policy"] == two[0] and row["level"] == 0]
+    assert len(pushed) == 2
+    assert f"{100 * sum(pushed) / 2:.1f} [" in text
+    for name in ("quick", "learning"):
+        assert (docs / "figures" / "results" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+    before = (out / "quick" / "episodes.jsonl").read_bytes()
+    assert compare.main(command) == 0
+    assert (out / "quick" / "episodes.jsonl").read_bytes() == before
+
+
+def test_without_shipped_policies_it_says_what_is_needed(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(compare, "policy_names", lambda: ("idle",))
+    assert compare.main(["--out", str(tmp_path)]) == 2
+    assert "no trained policies are shipped; needed: agents/policies/ppo_seed0.npz" in capsys.readouterr().err
