@@ -123,7 +123,9 @@ def _ratios(
     return rows
 
 
-def _cell(found: Estimate, digits: int, factor: float = 1.0) -> str:
+def _cell(found: Estimate | None, digits: int, factor: float = 1.0) -> str:
+    if found is None:
+        return "-"
     value, low, high = (f"{factor * number:.{digits}f}" for number in found)
     return f"{value} [{low}, {high}]"
 

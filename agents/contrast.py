@@ -28,11 +28,16 @@ def mean(runs: np.ndarray) -> Estimate:
     return Estimate(float(runs.mean()), *map(float, interval(drawn(runs, generator, layouts))))
 
 
-def ratio(runs: np.ndarray, others: np.ndarray) -> Estimate:
-    """Mean of runs[policies, layouts] over that of others; layouts are drawn for both alike, policies for each."""
+def ratio(runs: np.ndarray, others: np.ndarray) -> Estimate | None:
+    """Mean of runs[policies, layouts] over that of others; layouts are drawn for both alike, policies for each.
+
+    None where the others may have nothing.
+    """
     generator, layouts = _layouts(runs.shape[1])
-    quotients = drawn(runs, generator, layouts) / drawn(others, generator, layouts)
-    return Estimate(float(runs.mean() / others.mean()), *map(float, interval(quotients)))
+    mine, theirs = drawn(runs, generator, layouts), drawn(others, generator, layouts)
+    if not theirs.all():
+        return None
+    return Estimate(float(runs.mean() / others.mean()), *map(float, interval(mine / theirs)))
 
 
 def _layouts(count: int) -> tuple[np.random.Generator, np.ndarray]:

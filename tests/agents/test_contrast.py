@@ -12,6 +12,10 @@ def test_a_policy_over_itself_is_one_whatever_is_drawn():
     assert (found.value, found.low, found.high) == pytest.approx((1.5, 1.5, 1.5))
 
 
+def test_there_is_no_ratio_to_nothing():
+    assert ratio(np.ones((1, 3)), np.array([[0.0, 0.0, 0.0]])) is None
+
+
 def test_the_interval_is_that_of_seeds_where_layouts_are_all_alike():
     runs = np.repeat([[1.0], [2.0], [3.0]], 8, axis=1)  # three seeds: of 27 draws one has mean 1, three have 4/3
     found = mean(runs)
