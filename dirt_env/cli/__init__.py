@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dirt_env import __version__
 from dirt_env.cli.evaluate import add_evaluate
 from dirt_env.cli.lists import add_lists
+from dirt_env.cli.record import add_record
 from dirt_env.cli.reports import add_reports
 from dirt_env.cli.run import add_run
 from dirt_env.terminal import end, forgive
@@ -28,6 +29,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command")
     add_run(commands)
     add_evaluate(commands)
+    add_record(commands)
     add_reports(commands)
     add_lists(commands)
     return parser
