@@ -249,17 +249,22 @@ def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
 
     Raises ValueError that names the key, its value and what is allowed.
     """
+    written = read_file(path, overrides)
+    known_keys(written, "", TRAINING.rules)
+    settings = replace(TRAINING.read(written, "", path.parent), name=path.stem)
+    _check(settings)
+    return settings
+
+
+def read_file(path: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """What a settings file says, with `overrides` merged over it; ValueError if it is none."""
     if not path.is_file():
         raise ValueError(f"config {path} is no file; allowed: a TOML file such as configs/train/ppo_heap.toml")
     try:
         written = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"config {path} is no TOML: {error}") from None
-    written = merge(written, overrides)
-    known_keys(written, "", TRAINING.rules)
-    settings = replace(TRAINING.read(written, "", path.parent), name=path.stem)
-    _check(settings)
-    return settings
+    return merge(written, overrides)
 
 
 def overrides_of(settings: Settings, level: int | None) -> dict[str, Any]:
@@ -269,12 +274,7 @@ def overrides_of(settings: Settings, level: int | None) -> dict[str, Any]:
 
 def _check(settings: Settings) -> None:
     """Raise ValueError where values do not go together."""
-    network, ppo = settings.network, settings.ppo
-    if not len(network.filters) == len(network.kernels) == len(network.strides):
-        raise ValueError(
-            f"network.filters, kernels and strides have {len(network.filters)}, {len(network.kernels)} and "
-            f"{len(network.strides)} numbers; allowed: as many each, one for each convolution"
-        )
+    ppo = settings.ppo
     if settings.rollout % ppo.batch_size:
         raise ValueError(
             f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
@@ -285,7 +285,7 @@ def _check(settings: Settings) -> None:
         seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
         if seen.map:
             raise ValueError("worlds.set.observation asks for map; allowed: patch, pose and overview")
-        _check_size(network, seen.size)
+        check_network(settings.network, seen.size)
 
 
 def _check_stages(settings: Settings) -> None:
@@ -305,8 +305,13 @@ def _check_stages(settings: Settings) -> None:
             )
 
 
-def _check_size(network: Network, size: int) -> None:
-    """Raise ValueError where a convolution is larger than what is left of the patch."""
+def check_network(network: Network, size: int) -> None:
+    """Raise ValueError where the lists of convolutions differ in length, or one is larger than what is left to see."""
+    if not len(network.filters) == len(network.kernels) == len(network.strides):
+        raise ValueError(
+            f"network.filters, kernels and strides have {len(network.filters)}, {len(network.kernels)} and "
+            f"{len(network.strides)} numbers; allowed: as many each, one for each convolution"
+        )
     for kernel, stride in zip(network.kernels, network.strides, strict=True):
         if kernel > size:
             raise ValueError(f"network.kernels has {kernel} over {size} pixels; allowed: at most as many")

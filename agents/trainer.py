@@ -1,8 +1,5 @@
 """A training run from its settings to the policy file: PPO of stable-baselines3 on the native batch."""
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -25,6 +22,7 @@ from .logbook import Logbook
 from .network import read, written
 from .selection import Selection
 from .settings import Settings
+from .signals import caught_signals
 
 SPENT = ("seconds", "cpu_seconds", "imitation_seconds")  # wall time, time of the processor, the part for imitation
 OWN = ("final_rate", "log_std_init", "log_std_final")  # what of the table `ppo` is no argument of PPO
@@ -100,7 +98,7 @@ class Trainer:
         """Train to the end; returns None, or the number of the signal that stopped it, after a save."""
         logbook = Logbook(self.out, self.steps)
         progress = Progress(self.settings.steps)
-        with _signals() as stopped:
+        with caught_signals() as stopped:
             try:
                 if not self.resumed and self.settings.teacher.policy and not self._imitate(progress, stopped):
                     return stopped[0]
@@ -233,23 +231,3 @@ class Trainer:
         shares = [f"{score['share_end']:.0%}" for score in self.notes["scores"]]
         judged = f", {' '.join(shares)} in the goal" if shares else ""
         return f"{self.steps:,} steps, {rate:,.0f} a second, stage {self.course.number + 1}{judged}"
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Meanwhile Ctrl-C and SIGTERM only put their number into the list; the second one breaks off at once."""
-    caught: list[int] = []
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def catch(number: int, frame: Any) -> None:
-        if caught:
-            raise KeyboardInterrupt
-        caught.append(number)
-
-    for number in before:
-        signal.signal(number, catch)
-    try:
-        yield caught
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
