@@ -63,8 +63,12 @@ test-interpreted: .venv-test ## tests of kernels without compilation, where that
 	@NUMBA_DISABLE_JIT=1 $(pytest) -m "not slow" tests/task tests/sim $(addprefix --ignore=,$(MANY_SWEEPS))
 
 .PHONY: test-ray
-test-ray: .venv-ray ## evaluation on a local Ray cluster of two nodes that loses one
-	@.venv/ray/bin/python -m pytest tests/bench/evaluate/test_cluster.py
+test-ray: .venv-ray ## evaluation and RLlib's PPO on a local Ray cluster of two nodes that loses one
+	@.venv/ray/bin/python -m pytest tests/bench/evaluate/test_cluster.py tests/agents/rllib
+
+.PHONY: test-integrations
+test-integrations: .venv-integrations ## what others train with: RL Zoo and TorchRL
+	@.venv/integrations/bin/python -m pytest tests/docs/test_integrations.py
 
 .PHONY: package
 package: .venv-test ## build the wheel and the source distribution into dist/
@@ -75,7 +79,7 @@ clean: ## remove everything that was made, environments included
 	@rm -rf .venv build dist runs *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-.PHONY: .venv-demo .venv-train .venv-test .venv-oldest .venv-ray
+.PHONY: .venv-demo .venv-train .venv-test .venv-oldest .venv-ray .venv-integrations
 .venv-demo:
 	$(environment) demo 400 -c constraints.txt -e '.[render]'
 
@@ -92,4 +96,9 @@ clean: ## remove everything that was made, environments included
 # Ray pins the oldest gymnasium that is supported, so it lives apart.
 .venv-ray:
 	@mkdir -p .venv && sed 's/^gymnasium==.*/$(OLDEST)/' constraints.txt > .venv/ray.txt
-	$(environment) ray 1500 -c .venv/ray.txt -e '.[ray,bench]' pytest hypothesis
+	$(environment) ray 2500 $(torch_index) -c .venv/ray.txt -e '.[ray,rllib,bench]' pytest hypothesis
+
+# RL Zoo wants an older python-dateutil than matplotlib would take.
+.venv-integrations:
+	@mkdir -p .venv && sed '/^python-dateutil==/d' constraints.txt > .venv/integrations.txt
+	$(environment) integrations 2500 $(torch_index) -c .venv/integrations.txt -e '.[integrations]' pytest hypothesis

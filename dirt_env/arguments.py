@@ -5,7 +5,23 @@ from typing import Any
 
 import numpy as np
 
+from dirt_env.config.loading import TOP_LEVEL
+from dirt_env.config.rules import known_keys
+
 RESET_OPTIONS = ("layout_seed", "pose")
+
+
+class UnknownArgumentError(ValueError, TypeError):
+    """No scene has this argument: bad input, and what Python says of it to those who try arguments out, as TorchRL."""
+
+
+def check_known(overrides: Mapping[str, Any]) -> None:
+    """Raise UnknownArgumentError for keyword arguments that no scene has as a table or key."""
+    try:
+        known_keys(overrides, "", dict.fromkeys(TOP_LEVEL))
+    except ValueError as error:
+        name = next(name for name in overrides if name not in TOP_LEVEL)
+        raise UnknownArgumentError(f"{error} (unexpected keyword argument '{name}')") from None
 
 
 def read_options(options: dict[str, Any] | None) -> tuple[int | None, tuple[float, float, float] | None]:

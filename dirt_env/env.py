@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from dirt_env.arguments import read_options
+from dirt_env.arguments import check_known, read_options
 from dirt_env.config import layout as draw_layout
 from dirt_env.config import load
 from dirt_env.episode import Episode, tree_form
@@ -144,6 +144,7 @@ class DirtPushEnv(gymnasium.Env):
         self, render_mode: str | None = None, scene: Any = "heap", view: str = "top", **overrides: Any
     ) -> None:
         """Read and check the scene; raises ValueError that names what is wrong and what is allowed."""
+        check_known(overrides)
         worlds = Worlds([load(scene, **overrides)])
         self._join(worlds, 0, _spaces(worlds), render_mode, view)
 

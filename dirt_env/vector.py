@@ -9,7 +9,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from dirt_env.arguments import read_count, read_indices, read_mask, read_seeds
+from dirt_env.arguments import check_known, read_count, read_indices, read_mask, read_seeds
 from dirt_env.crew import Crew, threads_for
 from dirt_env.env import DirtPushEnv
 from dirt_env.infos import batch_infos, end_infos
@@ -83,6 +83,7 @@ class DirtPushVectorEnv(VectorEnv):
         self.autoreset_mode = _mode(autoreset_mode)
         if info not in INFOS:
             raise ValueError(f"info is {info!r}; allowed: {', '.join(INFOS)}")
+        check_known(overrides)
         self._info, self._copy = info, copy
         self._worlds = Worlds(configs_for(self.num_envs, scene, variants, overrides))
         self._crew = Crew(threads_for(num_envs) if threads is None else read_count("threads", threads, " or None"))

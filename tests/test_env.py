@@ -108,6 +108,13 @@ def test_unknown_arguments_are_refused_and_the_known_ones_listed():
     assert "observation" in str(caught.value)
 
 
+def test_an_unknown_argument_is_what_python_calls_one():
+    """A TypeError too, in Python's words: TorchRL tries `frameskip` out and goes on without."""
+    for make in (lambda: DirtPushEnv(frameskip=1), lambda: gymnasium.make_vec("DirtPush-v0", 2, frameskip=1)):
+        with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'"):
+            make()
+
+
 def test_an_unknown_render_mode_is_refused():
     with pytest.raises(ValueError, match="render_mode is 'ansi'; allowed: None, rgb_array, human"):
         DirtPushEnv(render_mode="ansi")

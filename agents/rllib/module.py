@@ -10,10 +10,10 @@ from ray.rllib.core.rl_module.apis.value_function_api import ValueFunctionAPI
 from ray.rllib.core.rl_module.torch.torch_rl_module import TorchRLModule
 from torch import nn
 
-from dirt_env.agents.network import written
 from dirt_env.config import SceneConfig
 from dirt_env.task.observation import POSE_ENTRIES
 
+from ..network import written
 from .settings import ClusterSettings, scene_of, variants_of
 
 CLIP = 10.0  # farther out than any entry of the pose: nothing is clipped

@@ -5,7 +5,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from dirt_env.agents.settings import (
+from dirt_env.config import SceneConfig, load
+from dirt_env.config.rules import Number, Table, Text, known_keys
+
+from ..settings import (
     FROM_ONE,
     LEVELS,
     POSITIVE,
@@ -17,8 +20,6 @@ from dirt_env.agents.settings import (
     check_network,
     read_file,
 )
-from dirt_env.config import SceneConfig, load
-from dirt_env.config.rules import Number, Table, Text, known_keys
 
 NOT_NEGATIVE = Number(0)
 FROM_ZERO = Number(0, whole=True)
@@ -74,7 +75,7 @@ class ClusterSettings:
     save_every: int = 20
     worlds: Worlds = Worlds()
     cluster: Cluster = Cluster()
-    network: Network = Network()
+    network: Network = field(default_factory=Network)
     ppo: Ppo = Ppo()
 
     @property
@@ -132,7 +133,8 @@ def load_cluster_settings(path: Path, overrides: Mapping[str, Any]) -> ClusterSe
     batch, rollout = settings.ppo.batch_size, settings.rollout
     if batch > rollout:
         raise ValueError(f"ppo.batch_size is {batch}; allowed: at most runners x worlds x n_steps = {rollout}")
-    for config in map(lambda variant: scene_of(settings.worlds, variant), variants_of(settings.worlds)):
+    for variant in variants_of(settings.worlds):
+        config = scene_of(settings.worlds, variant)
         if config.observation.overview or config.observation.map:
             raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
         check_network(settings.network, config.observation.size)

@@ -1,4 +1,4 @@
-"""Train by RLlib: `python agents/rllib/train.py --config configs/rllib/ppo_heap.toml`. docs/integrations.md explains it.
+"""Train by RLlib: `python agents/rllib/train.py --config configs/rllib/ppo_heap.toml`; see docs/integrations.md.
 
 The same command goes on where a run was stopped, by Ctrl-C, a crash or a kill.
 """

@@ -15,10 +15,10 @@ from ray.rllib.core.rl_module import RLModuleSpec
 from ray.tune.registry import register_env
 
 from dirt_env import __version__
-from dirt_env.agents.signals import caught_signals
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 
+from ..signals import caught_signals
 from .module import PatchAndPose, policy_file
 from .settings import ClusterSettings
 from .worlds import env_config, make_worlds
