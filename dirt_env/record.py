@@ -55,9 +55,8 @@ class DataSet:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def add(self, episode: EpisodeBuffer) -> None:
-        """Write an episode; Ctrl-C waits until all of it is there."""
-        with _undisturbed():
-            self._storage.update_episodes([episode])
+        """Write an episode."""
+        self._storage.update_episodes([episode])
 
     def keep(self, notes: Mapping[str, Any]) -> float:
         """Give the data set its notes and move it to its place; returns its size in MB."""
@@ -109,8 +108,9 @@ class Recording:
             progress.show(0, "starting; the first run compiles the kernels")
             for seed in self.seeds:
                 episode, told = self._episode(seed, progress)
-                data.add(episode)
-                self.told.append(told)
+                with _undisturbed():
+                    data.add(episode)
+                    self.told.append(told)
         except KeyboardInterrupt:
             self.interrupted = True
         finally:

@@ -1,5 +1,6 @@
 """`dirt-push record`: a data set of Minari holds what the scene shows, plays again to the same bits, and is whole."""
 
+import signal
 import sys
 
 import numpy as np
@@ -140,6 +141,25 @@ def test_ctrl_c_keeps_whole_episodes(tmp_path, capsys, monkeypatch):
     assert [path.name for path in (tmp_path / "sets").iterdir()] == ["test-v0"]
     data = minari.MinariDataset(tmp_path / "sets" / "test-v0" / "data")
     assert (data.total_episodes, data.total_steps) == (1, 4)
+
+
+def test_ctrl_c_waits_until_an_episode_is_written(tmp_path, capsys, monkeypatch):
+    from dirt_env.record import DataSet
+
+    add = DataSet.add
+
+    def pressed(self, episode):
+        signal.raise_signal(signal.SIGINT)
+        add(self, episode)
+
+    monkeypatch.setattr(DataSet, "add", pressed)
+    numbers = ["--episodes", "3", "--steps", "4", "--out", str(tmp_path), "--dataset", "test-v0"]
+    assert main(["record", "--policy", "idle", *numbers]) == 130
+    captured = capsys.readouterr()
+    assert captured.err == "dirt-push: interrupted after 1 of 3 episodes\n"
+    assert captured.out.startswith("idle in heap: 1 episodes, 4 steps")
+    data = minari.MinariDataset(tmp_path / "test-v0" / "data")
+    assert (data.total_episodes, data.total_steps, len(list(data))) == (1, 4, 1)
 
 
 def test_an_error_leaves_nothing(tmp_path, monkeypatch):
