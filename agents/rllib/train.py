@@ -44,14 +44,14 @@ def _train(options: argparse.Namespace) -> int:
     seed = {} if options.seed is None else {"seed": options.seed}
     settings = load_cluster_settings(options.config, merge(read_settings(options.set), seed))
     try:
-        from dirt_env.agents.rllib.trainer import LOG, POLICY, ClusterTrainer
+        from dirt_env.agents.rllib.trainer import LOG, POLICY, SETTINGS, ClusterTrainer
     except ImportError as error:
         raise ImportError(f"{error}; {NEEDED}") from error
     out = writable(options.out or Path("runs") / "rllib" / f"{settings.name}-seed{settings.seed}")
     if options.fresh:
         for path in [*out.glob("checkpoint-*"), *out.glob(".checkpoint-*")]:
             shutil.rmtree(path)
-        for name in (LOG, POLICY):
+        for name in (LOG, POLICY, SETTINGS):
             (out / name).unlink(missing_ok=True)
     trainer = ClusterTrainer(settings, out, options.address)
     if trainer.resumed:

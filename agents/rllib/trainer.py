@@ -1,9 +1,12 @@
 """A run of RLlib's PPO from its settings to the policy file, on the machines of a Ray cluster."""
 
 import csv
+import io
+import json
 import logging
 import os
 import shutil
+from math import isnan
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -25,7 +28,8 @@ from .worlds import env_config, make_worlds
 
 CHECKPOINT = "checkpoint-{:012d}"
 WORLDS = "dirt-push-training"  # RLlib's name for them
-POLICY, LOG = "policy.npz", "training.csv"
+POLICY, LOG, SETTINGS = "policy.npz", "training.csv", "settings.json"
+MAY_CHANGE = ("steps", "save_every", "cluster", "description")  # between the parts of a run
 NOTED = ("share_in_goal", "is_success")  # of the last info of every episode
 COLUMNS = ("steps", "seconds", "runners", "return", "length", "share_in_goal", "success", "entropy", "vf_explained_var")
 PATIENCE = 600.0  # s for a rollout; on a new machine the kernels are compiled first
@@ -35,7 +39,11 @@ class ClusterTrainer:
     """One run in a folder. It goes on from the newest checkpoint there."""
 
     def __init__(self, settings: ClusterSettings, out: Path, address: str) -> None:
-        """Join the cluster at that address ("auto", "local", host:port); ValueError if there is none."""
+        """Join the cluster at that address ("auto", "local", host:port).
+
+        ValueError if there is none, or if the folder holds a run of other settings.
+        """
+        _agree(settings, out / SETTINGS)
         try:
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
         except (ConnectionError, ValueError) as error:
@@ -48,6 +56,7 @@ class ClusterTrainer:
             self.algorithm.restore_from_path(str(saved[-1]))
             self.steps = int(saved[-1].name.partition("-")[2])
         self.resumed = bool(saved)
+        self.seconds = _cut_log(self.out / LOG, self.steps)  # of the parts of the run before this one
 
     def run(self) -> int | None:
         """Train to the end; returns None, or the number of the signal that stopped it, after a save."""
@@ -57,7 +66,7 @@ class ClusterTrainer:
         with caught_signals() as stopped:
             try:
                 while self.steps < self.settings.steps and not stopped:
-                    row = self._iterate(perf_counter() - begun)
+                    row = self._iterate(self.seconds + perf_counter() - begun)
                     updates += 1
                     if updates % self.settings.save_every == 0:
                         self.save()
@@ -91,7 +100,7 @@ class ClusterTrainer:
         ray.shutdown()
 
     def _iterate(self, seconds: float) -> dict[str, Any]:
-        """One rollout and update; its line in the log."""
+        """One rollout and update, begun after so many seconds; its line in the log, None where nothing is known."""
         result = self.algorithm.train()
         runners, learner = result["env_runners"], result.get("learners", {}).get(DEFAULT_MODULE_ID, {})
         self.steps = int(runners["num_env_steps_sampled_lifetime"])
@@ -104,15 +113,35 @@ class ClusterTrainer:
             *(runners.get(name) for name in NOTED),
             *(learner.get(name) for name in ("entropy", "vf_explained_var")),
         )
-        row = dict(zip(COLUMNS, (None if value is None else float(value) for value in found), strict=True))
-        path = self.out / LOG
-        is_new = not path.exists()
-        with path.open("a", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS)
-            if is_new:
-                writer.writeheader()
-            writer.writerow(row)
+        known = (None if value is None or isnan(value) else float(value) for value in found)
+        row = dict(zip(COLUMNS, known, strict=True))
+        with (self.out / LOG).open("a", newline="") as file:
+            csv.DictWriter(file, COLUMNS, lineterminator="\n").writerow(row)
         return row
+
+
+def _cut_log(path: Path, steps: int) -> float:
+    """Begin the log anew with its lines up to so many steps, those of the checkpoint; returns the last's seconds."""
+    rows = list(csv.DictReader(path.read_text().splitlines())) if path.exists() else []
+    kept = [row for row in rows if float(row["steps"]) <= steps]
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(kept)
+    write_atomically(path, text.getvalue().encode())
+    return float(kept[-1]["seconds"]) if kept else 0.0
+
+
+def _agree(settings: ClusterSettings, path: Path) -> None:
+    """Note the settings of a new run; ValueError if the folder holds one of others."""
+    wanted = json.loads(json.dumps(settings.to_dict()))
+    found = json.loads(path.read_text()) if path.exists() else wanted
+    differ = [name for name in wanted if name not in MAY_CHANGE and found.get(name) != wanted[name]]
+    if differ:
+        raise ValueError(
+            f"{path.parent} holds a run with other {', '.join(differ)}; allowed: the same, or --fresh, or another --out"
+        )
+    write_atomically(path, (json.dumps(wanted, indent=2) + "\n").encode())
 
 
 def ppo_config(settings: ClusterSettings) -> PPOConfig:

@@ -64,12 +64,18 @@ def test_a_lost_machine_does_not_end_the_run(tmp_path):
         assert running.returncode == 130, said
         done = int(float(rows(out)[-1]["steps"]))
         assert f"stopped after {done:,} of 10,000,000 steps" in said
-        assert {path.name for path in out.iterdir()} == {"training.csv", "policy.npz", f"checkpoint-{done:012d}"}
+        kept = {"settings.json", "training.csv", "policy.npz", f"checkpoint-{done:012d}"}
+        assert {path.name for path in out.iterdir()} == kept
+        other = subprocess.run([*command, "--set", "ppo.gamma=0.9"], capture_output=True, text=True, timeout=300)
+        assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
+        assert f"{out} holds a run with other ppo; allowed: the same, or --fresh, or another --out" in other.stderr
         wanted = done + 2 * STEPS
         again = subprocess.run([*command, "--set", f"steps={wanted}"], capture_output=True, text=True, timeout=300)
         assert again.returncode == 0, again.stderr
         assert f"going on in {out} after {done:,} of {wanted:,} steps" in again.stderr
-        assert int(float(rows(out)[-1]["steps"])) >= wanted
+        steps, seconds = ([float(row[name]) for row in rows(out)] for name in ("steps", "seconds"))
+        assert steps[-1] >= wanted
+        assert (steps, seconds) == (sorted(set(steps)), sorted(seconds))
     finally:
         cluster.shutdown()
     policy = load_policy(str(out / "policy.npz"), load("heap"))
