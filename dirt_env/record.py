@@ -17,6 +17,7 @@ from minari.dataset.minari_dataset import parse_dataset_id
 from minari.dataset.minari_storage import MinariStorage
 
 from dirt_env import __version__
+from dirt_env.config import load
 from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy, needed
@@ -75,7 +76,8 @@ class Recording:
     """Episodes of a policy in a scene, on the layouts `seeds`, at most `steps` each (default: the job's time).
 
     What is recorded is the observation of the scene. What the policy sees besides, such as the map, is not, unless
-    the scene itself shows it: `overrides` with observation.map.
+    the scene itself shows it: `overrides` with observation.map. Actions are what the policy means by them: where it
+    needs another table `action`, the data set's environment has that.
     """
 
     def __init__(
@@ -87,17 +89,17 @@ class Recording:
         overrides: Mapping[str, Any] | None = None,
     ) -> None:
         """Read scene and policy; raises ValueError or ImportError with a sentence that helps."""
-        shown = DirtPushEnv(scene=scene, **(overrides or {}))
-        self.config, self.policy_name, self.seeds = shown.config, policy, seeds
+        given, self.policy_name, self.seeds = overrides or {}, policy, seeds
+        self.policy = load_policy(policy, load(scene, **given))
+        tables = needed(self.policy)
+        meant = {name: table for name, table in tables.items() if name == "action"}
+        self.config, seen = (load(scene, **merge(given, changes)) for changes in (meant, tables))
         self.steps = steps or self.config.steps
         # All of the scene goes into the data set, so it can be played again where the scene's file has changed.
         options = {"scene": self.config.to_dict(), "max_episode_steps": self.steps}
         self.env = gymnasium.make("dirt_env:DirtPush-v0", disable_env_checker=True, **options)
-        self.policy = load_policy(policy, self.config)
-        self._eyes = None  # the same world, as the policy sees it
-        if observation := needed(self.policy):
-            eyes = DirtPushEnv(scene=scene, **merge(overrides or {}, {"observation": observation}))
-            self._eyes = eyes if eyes.config != self.config else None
+        # The same world, as the policy sees it.
+        self._eyes = None if seen == self.config else DirtPushEnv(scene=scene, **merge(given, tables))
         self.told: list[Told] = []
         self.interrupted = False
 

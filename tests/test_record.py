@@ -26,6 +26,10 @@ class Learner:
         assert observation["patch"].shape == (1, 8, 8)
         return [3.0 * observation["patch"].mean(), 1.7, -0.1]
 
+class Graded(Learner):
+    '''Means its blade by grade control.'''
+    action = {"blade": "grade"}
+
 class Impatient(Learner):
     '''Gets Ctrl-C in its episode `last`, the first being 1.'''
     observation, last, episodes = {}, 2, 0
@@ -95,6 +99,14 @@ def test_a_learned_policy_sees_its_own_patch_and_the_scenes_is_recorded(tmp_path
     assert {episode.actions.dtype.name for episode in data} == {"float32"}
     assert all(np.abs(episode.actions).max() <= 1.0 for episode in data)
     assert_replays(data)  # so actions were played as they are kept, though the policy's are others
+
+
+def test_actions_are_played_again_as_the_policy_means_them(tmp_path, monkeypatch):
+    (tmp_path / "learner.py").write_text(LEARNER)
+    monkeypatch.chdir(tmp_path)
+    data = record(tmp_path, "--policy", "learner:Graded")
+    assert data.env_spec.kwargs["scene"]["action"] == {"blade": "grade"}
+    assert_replays(data)
 
 
 def test_layouts_are_those_of_training_unless_said_otherwise(tmp_path):

@@ -81,8 +81,10 @@ def policy_file(module: PatchAndPose, settings: ClusterSettings, origin: dict[st
     }
     arrays["pose.mean"] = np.zeros(len(POSE_ENTRIES), np.float32)
     arrays["pose.scale"] = np.ones(len(POSE_ENTRIES), np.float32)
+    config = scene_of(settings.worlds, variants_of(settings.worlds)[0])
     metadata = {
-        "observation": _observation(scene_of(settings.worlds, variants_of(settings.worlds)[0])),
+        "observation": _observation(config),
+        "action": {"blade": config.action.blade},
         "strides": list(settings.network.strides),
         "hidden": len(hidden),
         "clip": CLIP,
@@ -95,7 +97,7 @@ def _observation(config: SceneConfig) -> dict[str, Any]:
     """The keys of the scene's table `observation` that the network is for."""
     seen = config.observation
     named = {name: getattr(seen, name) for name in ("size", "resolution", "ahead", "height_limit")}
-    return {**named, "channels": list(config.channels)}
+    return {**named, "channels": list(config.channels), "overview": False}
 
 
 def _layers(sizes: tuple[int, ...]) -> nn.Sequential:

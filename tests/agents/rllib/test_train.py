@@ -79,7 +79,7 @@ def test_a_lost_machine_does_not_end_the_run(tmp_path):
     finally:
         cluster.shutdown()
     policy = load_policy(str(out / "policy.npz"), load("heap"))
-    observation, _ = DirtPushEnv(observation=needed(policy)).reset(seed=0)
+    observation, _ = DirtPushEnv(**needed(policy)).reset(seed=0)
     action = policy.act(observation)
     assert action.shape == (3,)
     assert np.abs(action).max() <= 1.0
