@@ -10,9 +10,10 @@ from dirt_env.agents.rllib.train import main
 
 FOLDER = Path(__file__).resolve().parents[3] / "configs" / "rllib"
 SMOKE = FOLDER / "smoke.toml"
+EXAMPLE = FOLDER.parents[1] / "docs" / "examples" / "rllib_shove.toml"
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*sorted(FOLDER.glob("*.toml")), EXAMPLE], ids=lambda path: path.stem)
 def test_shipped_settings_are_read_and_written_back(path):
     settings = load_cluster_settings(path, {})
     plain = settings.to_dict()
