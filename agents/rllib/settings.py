@@ -10,13 +10,13 @@ from dirt_env.config.rules import Number, Table, Text, known_keys
 
 from ..settings import (
     FROM_ONE,
-    LEVELS,
     POSITIVE,
     SHARE,
     TRAINING,
     Network,
     SceneKeys,
     SceneName,
+    Whole,
     check_network,
     read_file,
 )
@@ -95,7 +95,9 @@ CLUSTER = Table(
         "steps": FROM_ONE,
         "seed": FROM_ZERO,
         "save_every": FROM_ONE,
-        "worlds": Table(Worlds, {"count": FROM_ONE, "scene": SceneName(), "levels": LEVELS, "set": SceneKeys()}),
+        "worlds": Table(
+            Worlds, {"count": FROM_ONE, "scene": SceneName(), "levels": Whole(FROM_ZERO, 0), "set": SceneKeys()}
+        ),
         "cluster": Table(
             Cluster, {"runners": FROM_ZERO, "cpus": POSITIVE, "learners": FROM_ZERO, "gpus": NOT_NEGATIVE}
         ),
