@@ -71,6 +71,8 @@ class AdaptivePush:
         self._way: list[Point] = []
         self._steps = 0  # in this state
         self._peak = 0.0  # m3; largest load of this push
+        self._asked = 0.0  # share of the top speed that the last step of this push asked for
+        self._eased = 0.0  # m; how much higher the edge goes for what the ground holds the machine back
         self._start: Point = (0.0, 0.0)  # of the retreat
         self._before = 0.0  # loads times m; the potential when this push began
         self._trail: list[tuple[float, float, float]] = []  # x, y, heading of the last steps in this state
@@ -165,6 +167,7 @@ class AdaptivePush:
         ready = error < numbers.align_tolerance and needed < numbers.lowered
         if ready or self._seconds > numbers.align_limit:
             self._peak, self._way, self._before = 0.0, list(self.push.way), self._potential()
+            self._asked = self._eased = 0.0
             return self._go(State.PUSH)
         if error >= numbers.align_tolerance and self._would_disturb():
             edge = self._carry
@@ -193,8 +196,9 @@ class AdaptivePush:
                 return self._fail()
             self._start = self._here
             return self._go(State.RETREAT)
-        if self._is_stuck():
+        if self._is_stuck() and (not site.pulls or self._eased >= site.machine.lift):
             return self._fail()
+        self._ease()
         course = atan2(self._way[0][1] - y, self._way[0][0] - x) + self._lure(x, y)
         step = site.machine.speed * site.period
         _, needed = self._edge(step)
@@ -203,7 +207,20 @@ class AdaptivePush:
         speed *= max(0.0, cos(2.0 * min(abs(wrap(course - site.pose["heading"])), pi / 4)))
         speed = max(speed, numbers.min_speed)
         speed = speed if site.goals else min(speed, numbers.grading_speed)
-        return turn_to(site, course), speed, self._edge(speed * step)[0]
+        self._asked = speed
+        return turn_to(site, course), speed, self._edge(speed * step)[0] + self._eased
+
+    def _ease(self) -> None:
+        """Raise the edge while the ground holds the machine back, and let it down again when it runs freely."""
+        site, numbers = self.site, self.parameters
+        if not site.pulls or self._asked == 0.0:
+            return
+        share = site.pose["speed"] / (self._asked * site.machine.speed)
+        if share < numbers.held:
+            self._eased += numbers.ease * (1.0 - share / numbers.held)
+        else:
+            self._eased -= numbers.sink
+        self._eased = min(max(self._eased, 0.0), 2.0 * site.machine.lift)
 
     def _edge(self, way: float) -> tuple[float, float]:
         """Height of the edge over the tracks for the next `way` m, and how far it is from there [m]."""

@@ -50,6 +50,9 @@ class Pushing:
     lost_share: float = _number(0.752, 0.2, 1.0)  # it selects anew when this share of the largest load has escaped
     enter: float = _number(1.32, -0.5, 3.0)  # how far inside the goal the blade ends a push
     push_limit: float = _number(77.3, 5.0, 240.0)
+    held: float = _number(0.6, 0.0, 1.0)  # with traction: the blade is raised at less than this share of the speed
+    ease: float = _number(0.3, 0.0, 1.0)  # by as much in a step, m, if it stands still
+    sink: float = _number(0.1, 0.0, 1.0)  # and let down again by as much, m, when it runs
 
     # RETREAT
     retreat: float = _number(0.755, 0.3, 5.0)

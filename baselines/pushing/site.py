@@ -10,6 +10,8 @@ from dirt_env.scene.layout import centres
 from dirt_env.scene.regions import rasterize
 from dirt_env.task.observation import pose_table, read_pose
 
+from .estimate import Estimate
+
 RIM = 0.5  # of the slope at repose; where the target is steeper than that it has a step, as at the rim of a pit
 MOST_HEIGHT = 1e3  # m; what a goal as large as the site is taken to hold
 
@@ -35,6 +37,9 @@ class Site:
         known = config.design is not None and config.vary is None
         self._design = rasterize(config.design.region, self.grid, "design.region") if known else None
         self._has_goals = bool(config.goals)
+        self.pulls = config.traction is not None
+        noise = config.observation.noise
+        self._estimate = None if noise is None else Estimate(noise, self.grid, self.blade, self.period)
         self.target: np.ndarray | None = None
 
     def forget(self) -> None:
@@ -46,12 +51,37 @@ class Site:
         if "map" not in observation:
             raise ValueError('the observation has no map; allowed: one made with observation={"map": True}')
         height, todo = observation["map"][:2]
+        pose = read_pose(observation["pose"], self._table)
+        if self._estimate is not None:
+            self._see_through_noise(height, todo, observation["map"], pose)
+            return
         if self.target is None:
             self._survey(height, todo, observation["map"])
-        self.height = height
-        self.pose = read_pose(observation["pose"], self._table)
+        self.height, self.pose = height, pose
         self.fill = np.where(self.goal, 0.0, np.maximum(-todo, 0.0))
         self.excess = np.where(self.goal, 0.0, np.maximum(todo, 0.0))
+
+    def _see_through_noise(self, height: np.ndarray, todo: np.ndarray, site: np.ndarray, pose: dict) -> None:
+        """Take in an observation with noise: what is to do follows from the ground as it most likely is.
+
+        A cell that is measured above its target shows it exactly, as `height - todo`; one that is measured below shows
+        less. So the largest that was seen is the target, and within goals, which have none, the ground at first.
+        """
+        estimate = self._estimate
+        if self.target is None:
+            self._survey(height, todo, site)
+            estimate.begin(height, pose)
+            self._may_lack = np.zeros(height.shape, bool)
+            self.height, self.pose = estimate.height, pose
+        else:
+            self.pose = estimate.update(height, pose, self.x, self.y)
+            self.height = estimate.height
+            seen = np.where(self.goal, self.target, height - todo)
+            self.target = np.where(self.goal & estimate.untouched, self.height, np.maximum(self.target, seen))
+        over, doubt = self.height - self.target, estimate.doubt
+        self.excess = np.where(self.goal | self.solid | (over < doubt), 0.0, over)
+        self._may_lack |= (todo < 0.0) & ~self.goal  # only in a design is soil ever missing
+        self.fill = np.where(self._may_lack & (over < -doubt), -over, 0.0)
 
     def _survey(self, height: np.ndarray, todo: np.ndarray, site: np.ndarray) -> None:
         """What stays the same in an episode: target, goals, solid cells, distances to them."""
