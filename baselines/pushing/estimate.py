@@ -70,7 +70,7 @@ class Estimate:
         """The pose carried on by a step, then drawn to what is measured."""
         turn, go = pose["yaw_rate"] * self._period, pose["speed"] * self._period
         middle = self._at[2] + 0.5 * turn
-        at = self._at + (go * cos(middle), go * sin(middle), turn)
+        at = self._at + np.array([go * cos(middle), go * sin(middle), turn])
         spread = self._spread + DRIFT**2 * (go != 0.0 or turn != 0.0)
         off = np.array([pose["x"], pose["y"], pose["heading"]]) - at
         off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi

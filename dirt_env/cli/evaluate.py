@@ -15,7 +15,7 @@ def add_evaluate(commands: Any) -> None:
         "--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, .npz files, or module:Class"
     )
     evaluate.add_argument(
-        "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, hauls, surfaces, all, or TOML"
+        "--suite", default="quick", metavar="NAME|FILE", help="quick, heap, paper, hauls, goals, surfaces, all, or TOML"
     )
     evaluate.add_argument("--layouts", type=whole(1), default=10, metavar="N", help="of each job (default: 10)")
     evaluate.add_argument("--split", default="evaluation", help="evaluation (default), or selection, training")
