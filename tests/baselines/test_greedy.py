@@ -78,6 +78,20 @@ def test_pushes_to_choose_from_are_apart_and_best_first(env):
     assert choose(site, numbers, [], gain_per_second) == pushes[:1]
 
 
+def test_with_little_left_it_goes_on_as_the_adaptive_push(env):
+    policy, other = Greedy(env.config), AdaptivePush(env.config)
+    observation, _ = env.reset(seed=5)
+    chosen = {}
+    for height in (0.7, 0.07):
+        seen = {**observation, "map": observation["map"].copy()}
+        seen["map"][1] = np.where(seen["map"][1] > 0.0, height, seen["map"][1])
+        for each in (policy, other):
+            each.reset()
+            each.act(seen)
+        chosen[height] = policy.push == other.push, policy.numbers == other.numbers
+    assert chosen == {0.7: (False, False), 0.07: (True, True)}
+
+
 @pytest.mark.slow
 def test_it_finishes_the_job_another_way_than_the_adaptive_push(env):
     done = [play(env, make(env.config), 3, env.config.steps) for make in (Greedy, Greedy, AdaptivePush)]

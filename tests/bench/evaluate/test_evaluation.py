@@ -171,7 +171,7 @@ def test_a_policy_that_fails_is_named_and_the_rest_is_kept(tmp_path, monkeypatch
         (["--policies", "idle,idle"], "each once"),
         (["--policies", ","], "one or more"),
         (["--policies", "best"], "policy is 'best'; known: adaptive_push, "),
-        (["--suite", "fast"], "suite is 'fast'; allowed: all, goals, hauls, heap, paper, quick, surfaces"),
+        (["--suite", "fast"], "suite is 'fast'; allowed: all, goals, hardship, hauls, heap, paper, quick, surfaces"),
         (["--split", "test"], "split is 'test'; allowed: training, selection, evaluation"),
         (["--layouts", "10001"], "layouts is 10001; allowed: 1 to 10000"),
     ],
