@@ -20,7 +20,10 @@ CERTAIN = 2.5  # standard deviations; soil less than that above the target may b
 
 
 class Estimate:
-    """Mean and variance of the ground [row, col] and of the pose (x, y, heading), step by step."""
+    """Mean and variance of the ground [row, col] and of the pose (x, y, heading), step by step.
+
+    `untouched` [row, col] bool: where no blade has been near.
+    """
 
     def __init__(self, noise: Noise, grid: Grid, blade: Blade, period: float) -> None:
         self._variance_of = float(noise.height) ** 2
@@ -38,8 +41,10 @@ class Estimate:
     def update(self, height: np.ndarray, pose: dict[str, float], x: np.ndarray, y: np.ndarray) -> dict[str, float]:
         """Take in a measurement; `x`, `y` [row, col] m are the cells' centres. Returns the pose as it likely is."""
         found = self._locate(pose)
+        worked = self._worked(found, x, y)
+        self.untouched &= ~worked
         if self._variance_of > 0.0:
-            self._measure(height, self._worked(found, x, y))
+            self._measure(height, worked)
         else:
             self.height = height
         return found
@@ -51,7 +56,6 @@ class Estimate:
 
     def _measure(self, height: np.ndarray, worked: np.ndarray) -> None:
         """One step of the filter for each cell."""
-        self.untouched &= ~worked
         self.variance[worked] += MOVING**2
         off = height - self.height
         anew = off**2 > CONTRADICTED**2 * (self.variance + self._variance_of)

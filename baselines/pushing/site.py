@@ -20,10 +20,10 @@ class Site:
     """The site as last seen; arrays are [row, col].
 
     `height`, `target` and `excess` (soil to take away) [m]; `fill` (soil missing) [m]; `may_lack`, where it is ever
-    missing, as in a design only (bool); `solid` bool; `goals`, the
-    connected goal regions as bool masks, and `depth`, how far inside its goal each cell lies [m]; `rim`, cells at a
-    step of the target if there are goals (bool); `pose`, a dict of physical values (see `dirt_env.task.observation`);
-    `plane`, (z, pitch, roll) of the ground under the tracks once that was worked out.
+    missing, as in a design only (bool); `solid` bool; `goals`, the connected goal regions as bool masks, and `depth`,
+    how far inside its goal each cell lies [m]; `rim`, cells at a step of the target if there are goals (bool); `pose`,
+    a dict of physical values (see `dirt_env.task.observation`); `plane`, (z, pitch, roll) of the ground under the
+    tracks once that was worked out.
     """
 
     def __init__(self, config: SceneConfig) -> None:
@@ -39,7 +39,7 @@ class Site:
         known = config.design is not None and config.vary is None
         self._design = rasterize(config.design.region, self.grid, "design.region") if known else None
         self._has_goals = bool(config.goals)
-        self.pulls = config.traction is not None
+        self.pulls = config.traction is not None  # whether the ground can hold the machine back
         noise = config.observation.noise
         self._estimate = None if noise is None else Estimate(noise, self.grid, self.blade, self.period)
         self.target: np.ndarray | None = None

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dirt_env.baselines.adaptive_push import AdaptivePush
 from dirt_env.baselines.pushing.site import Site
 
 from dirt_env.env import DirtPushEnv
@@ -63,6 +64,20 @@ def test_the_way_is_reckoned_from_speed_and_yaw_rate(noisy):
         machine = world.machine[0]
         errors.append(np.hypot(site.pose["x"] - machine["x"], site.pose["y"] - machine["y"]))
     assert np.mean(errors[5:]) < 0.6 * NOISE["position"] * np.sqrt(np.pi / 2)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.02])
+def test_what_is_pushed_into_a_goal_takes_room_there(height):
+    env = DirtPushEnv(level=0, observation={"map": True, "noise": {"height": height, "position": 0.02}})
+    policy = AdaptivePush(env.config)
+    observation, info = env.reset(seed=2)
+    before = None
+    while info["share_in_goal"] < 0.6:
+        observation, _, _, _, info = env.step(policy.act(observation))
+        before = policy.site.room().sum() if before is None else before
+    policy.site.see(observation)
+    moved = info["share_in_goal"] * env.episode.job.soil
+    assert before - policy.site.room().sum() == pytest.approx(moved, rel=0.25)
 
 
 def test_without_noise_the_site_is_what_was_observed():
