@@ -55,8 +55,8 @@ class Policy(Protocol):
 def load_policy(name: str, config: SceneConfig) -> Policy:
     """The policy of that name for a scene.
 
-    That is a scripted behaviour, one with numbers from a file (`NAME@FILE.toml`), a trained policy that is shipped, such
-    as ppo, or one in a .npz file, or `module:attribute`.
+    That is a scripted behaviour, one with numbers from a file (`NAME@FILE.toml`), a trained policy that is shipped,
+    such as ppo, or one in a .npz file, or `module:attribute`.
 
     Raises ValueError for a name that is not known, or something that is no policy, and ImportError for a module that
     cannot be imported, with a sentence that helps.
@@ -117,7 +117,7 @@ def _shelf() -> Path:
 
 
 def policy_file(name: str) -> Path | None:
-    """The file that a trained policy, one of somebody's own or its numbers are written in; None for a behaviour as shipped."""
+    """The file that a trained policy, one of somebody's own or its numbers are in; None for what is scripted."""
     if (file := trained_file(name)) is not None:
         return file
     if OWN_NUMBERS in name:

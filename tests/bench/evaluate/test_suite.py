@@ -85,7 +85,7 @@ def test_a_task_is_made_again_from_what_is_written_of_it():
         ('[[job]]\nscene = "heep"', "did you mean heap"),
         ('[[job]]\nscene = "heap"\n[[job]]\nscene = "heap"', "has the job heap twice"),
         ('include = ["mine.toml"]', "includes itself"),
-        ('include = ["no"]', "suite is 'no'; allowed: all, goals, hardship, hauls, heap, paper, quick, surfaces"),
+        ('include = ["no"]', f"suite is 'no'; allowed: {', '.join(suite_names())}"),
         ("[[job", "is no TOML"),
     ],
 )
