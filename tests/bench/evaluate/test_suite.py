@@ -95,7 +95,7 @@ def test_bad_files_are_refused(written, text, complaint):
 
 
 def test_unknown_names_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"paper, quick, surfaces, or the path of a .toml file"):
+    with pytest.raises(ValueError, match=r"quick, surfaces, .*or the path of a \.toml file"):
         load_suite("fast")
     with pytest.raises(ValueError, match="is no file"):
         load_suite(tmp_path / "none.toml")
