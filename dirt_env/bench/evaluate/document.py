@@ -40,12 +40,11 @@ def _mark(suite: str) -> str:
 
 
 def _command(suite: str, result: Mapping[str, Any]) -> str:
-    """How the figures are had again, and from which code they are."""
+    """How the figures are had again."""
     policies = ",".join(policy["name"] for policy in result["policies"])
     count = len(result["layouts"])
     command = f"    dirt-push evaluate --policies {policies} --suite {suite} --layouts {count} --renew-docs docs"
-    commit = f"commit {result['commit'][:7]}, " if result["commit"] else ""
-    return f"\n{command}\n\nLayouts {result['layouts'][0]} to {result['layouts'][-1]}; {commit}code {result['code']}.\n"
+    return f"\n{command}\n\nLayouts {result['layouts'][0]} to {result['layouts'][-1]}.\n"
 
 
 def _table(suite: Suite, result: Mapping[str, Any]) -> str:

@@ -20,8 +20,6 @@ def result(suite):
     metrics = dict.fromkeys(("success", "share_end", "grade_error_m", "time_s", "score"), FIGURE)
     return {
         "layouts": [10000, 10001],
-        "commit": "0123456789",
-        "code": "abc",
         "policies": [{"name": "one"}, {"name": "two"}],
         "results": [
             {"job": task.job, "level": task.level, "policy": name, "metrics": metrics}
