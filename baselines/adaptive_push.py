@@ -15,7 +15,8 @@ from .pushing.body import Body
 from .pushing.choose import Push, choose, layer
 from .pushing.drive import drive_to, is_quicker_in_reverse, turn_to, wrap
 from .pushing.edge import blade_action, edge_for
-from .pushing.parameters import Pushing, numbers_for
+from .pushing.numbers import numbers_for
+from .pushing.parameters import Parameters, Pushing
 from .pushing.route import Point, way
 from .pushing.site import Site
 from .pushing.worth import Worth, farthest_first
@@ -44,8 +45,8 @@ class AdaptivePush:
     worth: Worth = staticmethod(farthest_first)
 
     def __init__(self, config: SceneConfig, parameters: Pushing | None = None, site: Site | None = None) -> None:
-        """For a scene; the numbers are those of its terrain, the site is what is observed, unless others are given."""
-        self.parameters = parameters or numbers_for(config.terrain.kind)
+        """For a scene; the numbers are the shipped ones, the site is what is observed, unless others are given."""
+        self.parameters = parameters or numbers_for(Parameters, config)
         self.site = site or Site(config)
         self._body = Body(self.site)
         self._acts = {
@@ -57,6 +58,11 @@ class AdaptivePush:
             State.DONE: self._rest,
         }
         self.reset()
+
+    @property
+    def numbers(self) -> Pushing:
+        """The numbers that it goes by just now."""
+        return self.parameters
 
     def reset(self, seed: int | None = None) -> None:
         """Start an episode. Nothing is random, so the seed does not matter."""
@@ -71,6 +77,8 @@ class AdaptivePush:
         self._way: list[Point] = []
         self._steps = 0  # in this state
         self._peak = 0.0  # m3; largest load of this push
+        self._asked = 0.0  # share of the top speed that the last step of this push asked for
+        self._eased = 0.0  # m; how much higher the edge goes for what the ground holds the machine back
         self._start: Point = (0.0, 0.0)  # of the retreat
         self._before = 0.0  # loads times m; the potential when this push began
         self._trail: list[tuple[float, float, float]] = []  # x, y, heading of the last steps in this state
@@ -102,7 +110,7 @@ class AdaptivePush:
     @property
     def _carry(self) -> float:
         """Height of the edge over the tracks on the way [m]."""
-        return min(self.parameters.carry, self.site.machine.lift)
+        return min(self.numbers.carry, self.site.machine.lift)
 
     @property
     def _here(self) -> Point:
@@ -124,16 +132,16 @@ class AdaptivePush:
         self.push = push
         self._way = self._way_to_start()
         self._found = self.site.excess
-        self._layer = layer(self.site, self.push, self.parameters.layer * self.site.rated)
+        self._layer = layer(self.site, self.push, self.numbers.layer * self.site.rated)
         self._go(State.NAVIGATE)
 
     def _choose(self) -> list[Push]:
         """Pushes worth beginning, the best one first."""
-        return choose(self.site, self.parameters, self._failed, self.worth)
+        return choose(self.site, self.numbers, self._failed, self.worth)
 
     def _way_to_start(self) -> list[Point]:
         """Round heaps and with room to turn, if there is such a way; else closer to what is solid."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         narrow = site.gap < 0.5 * site.blade.width + numbers.clearance
         wide = (site.gap < site.turning_room) | (site.excess > numbers.mound)
         for shut in (wide, narrow):
@@ -144,7 +152,7 @@ class AdaptivePush:
 
     def _navigate(self):
         """Drive to the start of the push with the blade up, forward or in reverse."""
-        numbers, heading = self.parameters, self.push.heading
+        numbers, heading = self.numbers, self.push.heading
         while self._way and self._is_near(self._way[0], numbers.arrive if len(self._way) == 1 else NEAR):
             self._way.pop(0)
         if not self._way:
@@ -159,12 +167,13 @@ class AdaptivePush:
 
     def _align(self):
         """Turn in place to the heading of the push."""
-        numbers = self.parameters
+        numbers = self.numbers
         error = abs(wrap(self.push.heading - self.site.pose["heading"]))
         edge, needed = self._edge(0.0)
         ready = error < numbers.align_tolerance and needed < numbers.lowered
         if ready or self._seconds > numbers.align_limit:
             self._peak, self._way, self._before = 0.0, list(self.push.way), self._potential()
+            self._asked = self._eased = 0.0
             return self._go(State.PUSH)
         if error >= numbers.align_tolerance and self._would_disturb():
             edge = self._carry
@@ -174,7 +183,7 @@ class AdaptivePush:
         """Whether a lowered blade that swings round here meets soil."""
         site, (x, y), radius = self.site, self._here, self.site.turning_room
         around = (site.x - x) ** 2 + (site.y - y) ** 2 < radius**2
-        return bool((np.maximum(site.excess, site.fill)[around] > self.parameters.min_height).any())
+        return bool((np.maximum(site.excess, site.fill)[around] > self.numbers.min_height).any())
 
     def _potential(self) -> float:
         """Soil to move times its way to this push's aim, loads times m; what a push brings is its fall."""
@@ -183,7 +192,7 @@ class AdaptivePush:
 
     def _push(self):
         """Push along the way; ends inside the goal, past the aim, when the load is lost, or after a limit."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         x, y = site.blade_at()
         while len(self._way) > 1 and hypot(self._way[0][0] - x, self._way[0][1] - y) < AT:
             self._way.pop(0)
@@ -193,8 +202,9 @@ class AdaptivePush:
                 return self._fail()
             self._start = self._here
             return self._go(State.RETREAT)
-        if self._is_stuck():
+        if self._is_stuck() and (not site.pulls or self._eased >= site.machine.lift):
             return self._fail()
+        self._ease()
         course = atan2(self._way[0][1] - y, self._way[0][0] - x) + self._lure(x, y)
         step = site.machine.speed * site.period
         _, needed = self._edge(step)
@@ -203,18 +213,31 @@ class AdaptivePush:
         speed *= max(0.0, cos(2.0 * min(abs(wrap(course - site.pose["heading"])), pi / 4)))
         speed = max(speed, numbers.min_speed)
         speed = speed if site.goals else min(speed, numbers.grading_speed)
-        return turn_to(site, course), speed, self._edge(speed * step)[0]
+        self._asked = speed
+        return turn_to(site, course), speed, self._edge(speed * step)[0] + self._eased
+
+    def _ease(self) -> None:
+        """Raise the edge while the ground holds the machine back, and let it down again when it runs freely."""
+        site, numbers = self.site, self.numbers
+        if not site.pulls or self._asked == 0.0:
+            return
+        share = site.pose["speed"] / (self._asked * site.machine.speed)
+        if share < numbers.held:
+            self._eased += numbers.ease * (1.0 - share / numbers.held)
+        else:
+            self._eased -= numbers.sink
+        self._eased = min(max(self._eased, 0.0), 2.0 * site.machine.lift)
 
     def _edge(self, way: float) -> tuple[float, float]:
         """Height of the edge over the tracks for the next `way` m, and how far it is from there [m]."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         loads = site.pose["load"] / site.rated
         rise = self._layer + numbers.raise_gain * max(0.0, loads - numbers.full)
         return edge_for(site, numbers, way, rise, self._found)
 
     def _lure(self, x: float, y: float) -> float:
         """Angle [rad] by which the aim shifts to the soil ahead that escapes to a side."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         aim = self.push.aim
         if hypot(aim[0] - x, aim[1] - y) < numbers.gather_ahead:
             return 0.0
@@ -234,7 +257,7 @@ class AdaptivePush:
 
     def _is_over(self, x: float, y: float) -> bool:
         """Whether the push has come to its end."""
-        site, numbers, aim = self.site, self.parameters, self.push.aim
+        site, numbers, aim = self.site, self.numbers, self.push.aim
         far, heading = hypot(aim[0] - x, aim[1] - y), site.pose["heading"]
         if site.goals and site.depth[site.cell_at(x, y)] >= numbers.enter and far < 2.0 * site.depth.max():
             return True
@@ -249,7 +272,7 @@ class AdaptivePush:
 
     def _retreat(self):
         """Lift and back up, the way it came, until there is room to turn."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
         free = site.gap[site.cell_at(*self._here)] > site.turning_room
         if (gone >= numbers.retreat and free) or self._seconds > numbers.retreat_limit or self._is_stuck():
@@ -281,6 +304,6 @@ class AdaptivePush:
         return len(self._trail) == PATIENCE and moved < HARDLY
 
 
-def make(config: SceneConfig) -> AdaptivePush:
-    """The behaviour for a scene."""
-    return AdaptivePush(config)
+def make(config: SceneConfig, numbers: str | None = None) -> AdaptivePush:
+    """The behaviour for a scene, with the numbers of a TOML file if one is given."""
+    return AdaptivePush(config, numbers_for(Parameters, config, numbers))

@@ -7,6 +7,7 @@ from dirt_env.config import SceneConfig
 from .adaptive_push import AdaptivePush
 from .pushing.choose import Push
 from .pushing.edge import edge_behind
+from .pushing.numbers import numbers_for
 from .pushing.parameters import GradeParameters
 from .pushing.passes import choose_passes
 from .pushing.site import Site
@@ -24,16 +25,15 @@ class Grade(AdaptivePush):
         """For a scene; raises ValueError for one without a design surface."""
         if config.design is None:
             raise ValueError(f"the scene {config.name} has no design; allowed for grade: scenes with a design surface")
-        super().__init__(config, parameters or GradeParameters(), site)
+        super().__init__(config, parameters or numbers_for(GradeParameters, config), site)
 
     def _choose(self) -> list[Push]:
         """Passes worth beginning, the best one first."""
-        return choose_passes(self.site, self.parameters, self._failed)
+        return choose_passes(self.site, self.numbers, self._failed)
 
     def _potential(self) -> float:
-        """What is left of the error: its square over the site [m4]; what a pass brings is its fall."""
-        site = self.site
-        return float((site.excess**2 + site.fill**2).sum()) * site.grid.cell**2
+        """What is left of the error [m4]; what a pass brings is its fall."""
+        return squared_error(self.site)
 
     def _lure(self, x: float, y: float) -> float:
         """A pass keeps to its lane."""
@@ -46,7 +46,7 @@ class Grade(AdaptivePush):
 
     def _retreat(self):
         """After a finishing pass back along the lane, the blade dragged at the height of the design; else lifted."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         gone = hypot(self._here[0] - self._start[0], self._here[1] - self._start[1])
         lane = hypot(self.push.aim[0] - self.push.first[0], self.push.aim[1] - self.push.first[1])
         light = self._peak <= numbers.light * site.rated
@@ -57,6 +57,11 @@ class Grade(AdaptivePush):
         return super()._retreat()
 
 
-def make(config: SceneConfig) -> Grade:
-    """The behaviour for a scene."""
-    return Grade(config)
+def squared_error(site: Site) -> float:
+    """What is left of the error: its square over the site [m4]."""
+    return float((site.excess**2 + site.fill**2).sum()) * site.grid.cell**2
+
+
+def make(config: SceneConfig, numbers: str | None = None) -> Grade:
+    """The behaviour for a scene, with the numbers of a TOML file if one is given."""
+    return Grade(config, numbers_for(GradeParameters, config, numbers))

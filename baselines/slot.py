@@ -6,6 +6,7 @@ from dirt_env.config import SceneConfig
 
 from .adaptive_push import AdaptivePush
 from .pushing.choose import Push
+from .pushing.numbers import numbers_for
 from .pushing.parameters import SlotParameters
 from .pushing.site import Site
 from .pushing.slots import Slot, lay_slots, loads_in, next_pass
@@ -22,7 +23,7 @@ class SlotDozing(AdaptivePush):
         """For a scene; raises ValueError for one without a goal."""
         if config.layout is None and not config.goals:
             raise ValueError(f"the scene {config.name} has no goal; allowed for slot: scenes with a goal region")
-        super().__init__(config, parameters or SlotParameters(), site)
+        super().__init__(config, parameters or numbers_for(SlotParameters, config), site)
 
     def forget(self) -> None:
         """Know of nothing that was done so far."""
@@ -32,7 +33,7 @@ class SlotDozing(AdaptivePush):
 
     def _choose(self) -> list[Push]:
         """The next pass in the lane that is being emptied, or in the fullest one; else whatever push is best."""
-        site, numbers = self.site, self.parameters
+        site, numbers = self.site, self.numbers
         if self._slots is None:
             self._slots = lay_slots(site, numbers)
         if self._in is None or loads_in(site, self._in) < numbers.least_load or self._failed:
@@ -54,11 +55,11 @@ class SlotDozing(AdaptivePush):
         if self._in is None:
             return super()._is_over(x, y)
         site, aim, heading = self.site, self.push.aim, self.push.heading
-        return bool(site.depth[site.cell_at(x, y)] >= self.parameters.enter) or (
+        return bool(site.depth[site.cell_at(x, y)] >= self.numbers.enter) or (
             (aim[0] - x) * cos(heading) + (aim[1] - y) * sin(heading) <= 0.0
         )
 
 
-def make(config: SceneConfig) -> SlotDozing:
-    """The behaviour for a scene."""
-    return SlotDozing(config)
+def make(config: SceneConfig, numbers: str | None = None) -> SlotDozing:
+    """The behaviour for a scene, with the numbers of a TOML file if one is given."""
+    return SlotDozing(config, numbers_for(SlotParameters, config, numbers))

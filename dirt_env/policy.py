@@ -1,4 +1,7 @@
-"""What acts: the protocol of policies; scripted ones by name, trained ones by file, your own by `module:attribute`."""
+"""What acts: the protocol of policies; scripted ones by name, trained ones by file, your own by `module:attribute`.
+
+A scripted one with numbers of your own is named `NAME@FILE.toml`.
+"""
 
 import sys
 import traceback
@@ -20,7 +23,8 @@ PACKAGE = "dirt_env.baselines"
 NETWORK = "dirt_env.agents.network"  # reads what training has written
 AGENTS, TRAINED = "dirt_env.agents", ".npz"
 SEES = ("map", "patch", "nothing")
-OTHERS = "a .npz file that training has written; or your own as module:attribute"
+OWN_NUMBERS = "@"  # between a behaviour's name and the file with its numbers
+OTHERS = "NAME@FILE.toml with numbers of your own; a .npz file of training; or your own as module:attribute"
 FORM = "allowed: module:attribute, a class or function that is called with the scene's config, as in my_rules:MyPush"
 Observation = Mapping[str, np.ndarray]
 
@@ -49,14 +53,18 @@ class Policy(Protocol):
 
 
 def load_policy(name: str, config: SceneConfig) -> Policy:
-    """The policy of that name for a scene: a scripted behaviour, a trained policy that is shipped, such as ppo, or one
-    in a .npz file, or `module:attribute`.
+    """The policy of that name for a scene.
+
+    That is a scripted behaviour, one with numbers from a file (`NAME@FILE.toml`), a trained policy that is shipped,
+    such as ppo, or one in a .npz file, or `module:attribute`.
 
     Raises ValueError for a name that is not known, or something that is no policy, and ImportError for a module that
     cannot be imported, with a sentence that helps.
     """
     if (file := trained_file(name)) is not None:
         return import_module(NETWORK).load(file, config)
+    if OWN_NUMBERS in name:
+        return _with_own_numbers(name, config)
     if ":" not in name:
         return _module(name).make(config)
     maker = _maker(name)
@@ -109,13 +117,28 @@ def _shelf() -> Path:
 
 
 def policy_file(name: str) -> Path | None:
-    """The file that a trained policy, or one of somebody's own, is written in; None for a scripted behaviour."""
+    """The file that a trained policy, one of somebody's own or its numbers are in; None for what is scripted."""
     if (file := trained_file(name)) is not None:
         return file
+    if OWN_NUMBERS in name:
+        return Path(name.partition(OWN_NUMBERS)[2]).expanduser()
     if ":" not in name:
         return None
     found = getattr(_own_module(name), "__file__", None)
     return None if found is None else Path(found)
+
+
+def _with_own_numbers(name: str, config: SceneConfig) -> Policy:
+    """The scripted behaviour of `NAME@FILE.toml`."""
+    behaviour, _, file = name.partition(OWN_NUMBERS)
+    able = [other for other in policy_names() if trained_file(other) is None and _has_numbers(other)]
+    if behaviour not in able:
+        raise ValueError(f"policy {name}: {behaviour or 'nothing'} has no numbers; allowed: {', '.join(able)}")
+    return _module(behaviour).make(config, file)
+
+
+def _has_numbers(behaviour: str) -> bool:
+    return "numbers" in signature(_module(behaviour).make).parameters
 
 
 def _module(name: str) -> ModuleType:

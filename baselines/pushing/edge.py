@@ -1,5 +1,6 @@
 """The cutting edge: which height over the tracks holds it along the target, on the ground that will be there."""
 
+from functools import lru_cache
 from math import cos, sin
 from typing import NamedTuple
 
@@ -103,7 +104,9 @@ def _levels(site: Site, numbers: Pushing, strip: Strip, way: float, rise: float,
 def _planes(site: Site, strip: Strip, wanted: np.ndarray, way: float) -> np.ndarray:
     """(z, pitch, roll) of the ground under the tracks at each look [LOOKS, 3] if the blade cuts as `wanted`."""
     share = np.concatenate([[0.0], np.arange(1, LOOKS + 1) / LOOKS])
-    now = _fit(site, site.height, np.zeros(1))[0]
+    if site.plane is None:
+        site.plane = _fit(site, site.height, np.zeros(1))[0]
+    now = site.plane
     edge = now[0] + now[1] * site.blade.reach + site.pose["edge"]
     cut = np.interp(strip.ahead / way, share, np.concatenate([[edge], wanted]))
     ground = site.height.copy()
@@ -118,18 +121,25 @@ def _fit(site: Site, ground: np.ndarray, ways: np.ndarray) -> np.ndarray:
     """
     pose, machine = site.pose, site.machine
     east, north = cos(pose["heading"]), sin(pose["heading"])
-    s = np.repeat(machine.length * np.linspace(-0.5, 0.5, STATIONS), 3)
-    u = np.tile(machine.width * np.linspace(-0.5, 0.5, 3), STATIONS)
-    along = np.minimum(s, site.blade.reach - site.grid.cell)[None] + ways[:, None]
+    s, u, seen, s_squared, u_squared = _stations(machine.length, machine.width, site.blade.reach - site.grid.cell)
+    along = seen[None] + ways[:, None]
     h = _bilinear(site, ground, pose["x"] + along * east - u * north, pose["y"] + along * north + u * east)
-    return np.stack([h.mean(axis=1), h @ s / (s**2).sum(), h @ u / (u**2).sum()], axis=1)
+    return np.stack([h.mean(axis=1), h @ s / s_squared, h @ u / u_squared], axis=1)
+
+
+@lru_cache(maxsize=16)
+def _stations(length: float, width: float, foremost: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
+    """Points under the tracks: m ahead [n], left [n], ahead where they look [n]; sums of squares of the first two."""
+    s = np.repeat(length * np.linspace(-0.5, 0.5, STATIONS), 3)
+    u = np.tile(width * np.linspace(-0.5, 0.5, 3), STATIONS)
+    return s, u, np.minimum(s, foremost), (s**2).sum(), (u**2).sum()
 
 
 def _bilinear(site: Site, ground: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Heights of `ground` [row, col] at points [m], between cell centres."""
     rows, cols = ground.shape
-    column = np.clip(x / site.grid.cell - 0.5, 0.0, cols - 1.001)
-    row = np.clip(y / site.grid.cell - 0.5, 0.0, rows - 1.001)
+    column = np.minimum(np.maximum(x / site.grid.cell - 0.5, 0.0), cols - 1.001)
+    row = np.minimum(np.maximum(y / site.grid.cell - 0.5, 0.0), rows - 1.001)
     c, r = column.astype(int), row.astype(int)
     fx, fy = column - c, row - r
     south = (1 - fx) * ground[r, c] + fx * ground[r, c + 1]

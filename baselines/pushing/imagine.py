@@ -33,7 +33,7 @@ class ImaginedSite(Site):
     def copy(self, site: Site) -> None:
         """Begin where a site is now."""
         config = self._config
-        for name in ("target", "solid", "goal", "goals", "depth", "gap", "capacity", "rim"):
+        for name in ("target", "solid", "goal", "goals", "depth", "gap", "capacity", "rim", "may_lack"):
             setattr(self, name, getattr(site, name))
         solid = site.solid if config.has_walls else None
         self._world = make_world(site.height.astype(float), self.grid, solid, config.site.border == "open")
@@ -53,10 +53,9 @@ class ImaginedSite(Site):
 
     def _look(self) -> None:
         """What a policy would be shown."""
-        self.height = self._world.height
+        self.height, self.plane = self._world.height, None
         over = np.where(self.solid, 0.0, self.height - self.target)
         self.excess = np.where(self.goal, 0.0, np.maximum(over, 0.0))
-        lacking = self._design & ~self.solid if self._design is not None else False
-        self.fill = np.where(lacking, np.maximum(-over, 0.0), 0.0)
+        self.fill = np.where(self.may_lack, np.maximum(-over, 0.0), 0.0)
         machine = self._world.machine[0]
         self.pose = {name: float(machine[name]) for name in machine.dtype.names}

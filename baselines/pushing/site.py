@@ -10,6 +10,8 @@ from dirt_env.scene.layout import centres
 from dirt_env.scene.regions import rasterize
 from dirt_env.task.observation import pose_table, read_pose
 
+from .estimate import Estimate
+
 RIM = 0.5  # of the slope at repose; where the target is steeper than that it has a step, as at the rim of a pit
 MOST_HEIGHT = 1e3  # m; what a goal as large as the site is taken to hold
 
@@ -17,9 +19,11 @@ MOST_HEIGHT = 1e3  # m; what a goal as large as the site is taken to hold
 class Site:
     """The site as last seen; arrays are [row, col].
 
-    `height`, `target` and `excess` (soil to take away) [m]; `fill` (soil missing) [m]; `solid` bool; `goals`, the
-    connected goal regions as bool masks, and `depth`, how far inside its goal each cell lies [m]; `rim`, cells at a
-    step of the target if there are goals (bool); `pose`, a dict of physical values (see `dirt_env.task.observation`).
+    `height`, `target` and `excess` (soil to take away) [m]; `fill` (soil missing) [m]; `may_lack`, where it is ever
+    missing, as in a design only (bool); `solid` bool; `goals`, the connected goal regions as bool masks, and `depth`,
+    how far inside its goal each cell lies [m]; `rim`, cells at a step of the target if there are goals (bool); `pose`,
+    a dict of physical values (see `dirt_env.task.observation`); `plane`, (z, pitch, roll) of the ground under the
+    tracks once that was worked out.
     """
 
     def __init__(self, config: SceneConfig) -> None:
@@ -35,7 +39,11 @@ class Site:
         known = config.design is not None and config.vary is None
         self._design = rasterize(config.design.region, self.grid, "design.region") if known else None
         self._has_goals = bool(config.goals)
+        self.pulls = config.traction is not None  # whether the ground can hold the machine back
+        noise = config.observation.noise
+        self._estimate = None if noise is None else Estimate(noise, self.grid, self.blade, self.period)
         self.target: np.ndarray | None = None
+        self.plane: np.ndarray | None = None
 
     def forget(self) -> None:
         """Start an episode."""
@@ -45,13 +53,39 @@ class Site:
         """Take in an observation with a map."""
         if "map" not in observation:
             raise ValueError('the observation has no map; allowed: one made with observation={"map": True}')
+        self.plane = None
         height, todo = observation["map"][:2]
+        pose = read_pose(observation["pose"], self._table)
+        if self._estimate is not None:
+            self._see_through_noise(height, todo, observation["map"], pose)
+            return
         if self.target is None:
             self._survey(height, todo, observation["map"])
-        self.height = height
-        self.pose = read_pose(observation["pose"], self._table)
+        self.height, self.pose = height, pose
         self.fill = np.where(self.goal, 0.0, np.maximum(-todo, 0.0))
+        self.may_lack |= self.fill > 0.0
         self.excess = np.where(self.goal, 0.0, np.maximum(todo, 0.0))
+
+    def _see_through_noise(self, height: np.ndarray, todo: np.ndarray, site: np.ndarray, pose: dict) -> None:
+        """Take in an observation with noise: what is to do follows from the ground as it most likely is.
+
+        A cell that is measured above its target shows it exactly, as `height - todo`; one that is measured below shows
+        less. So the largest that was seen is the target, and within goals, which have none, the ground at first.
+        """
+        estimate = self._estimate
+        if self.target is None:
+            self._survey(height, todo, site)
+            estimate.begin(height, pose)
+            self.height, self.pose = estimate.height, pose
+        else:
+            self.pose = estimate.update(height, pose, self.x, self.y)
+            self.height = estimate.height
+            seen = np.where(self.goal, self.target, height - todo)
+            self.target = np.where(self.goal & estimate.untouched, self.height, np.maximum(self.target, seen))
+        over, doubt = self.height - self.target, estimate.doubt
+        self.excess = np.where(self.goal | self.solid | (over < doubt), 0.0, over)
+        self.may_lack |= (todo < 0.0) & ~self.goal
+        self.fill = np.where(self.may_lack & (over < -doubt), -over, 0.0)
 
     def _survey(self, height: np.ndarray, todo: np.ndarray, site: np.ndarray) -> None:
         """What stays the same in an episode: target, goals, solid cells, distances to them."""
@@ -61,6 +95,7 @@ class Site:
             self.goal &= ~self._design
         elif not self._has_goals and ((todo < 0.0) & ~self.goal).any():
             self.goal[:] = False
+        self.may_lack = self._design & ~self.solid if self._design is not None else np.zeros(height.shape, bool)
         self.target = np.where(self.goal, height, height - todo)
         self.goals = list(_parts(self.goal))
         self.depth = np.minimum(distance_inside(self.goal, self.grid.cell), MOST_HEIGHT)

@@ -1,19 +1,24 @@
-"""Random search for the numbers of a behaviour: `python -m dirt_env.baselines.pushing.tune --policy greedy`.
+"""Random search for the numbers of a behaviour: `python -m dirt_env.baselines.pushing.tune --policy greedy --out FILE`.
 
-Plays on training layouts only (see `dirt_env.split`).
+Plays on training layouts only (see `dirt_env.split`), and writes what it found as TOML: `dirt-push run --policy
+greedy@FILE` drives with it, and in `configs/policy` it is what is shipped.
 """
 
 import argparse
 import sys
 from dataclasses import asdict, fields, replace
+from pathlib import Path
 
 import numpy as np
 
 from dirt_env.config import load
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import load_policy
+from dirt_env.render.atomic import write_atomically
 from dirt_env.split import training_seeds
+from dirt_env.terminal import end
 
+from .numbers import write
 from .parameters import Pushing, range_of
 
 JOBS = ({"level": 1}, {"level": 3}, {"level": 5}, {"scene": "dig"}, {"scene": "posts"}, {"scene": "several_goals"})
@@ -74,20 +79,33 @@ def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: 
     return best
 
 
-def main() -> None:
-    """Search, and say which defaults to write into `parameters.py`."""
+def main(arguments: list[str] | None = None) -> int:
+    """Search, write what was found, and say what has changed."""
     parser = argparse.ArgumentParser("tune", description="Random search for the numbers of a behaviour.")
-    parser.add_argument("--policy", choices=("adaptive_push", "greedy"), default="adaptive_push")
+    parser.add_argument("--policy", default="adaptive_push", metavar="NAME", help="adaptive_push, greedy, or @FILE too")
     parser.add_argument("--trials", type=int, default=60)
     parser.add_argument("--episodes", type=int, default=6, help="layouts of each random job")
     parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
-    before = asdict(load_policy(options.policy, load()).parameters)
-    found = asdict(search(options.trials, options.episodes, options.seed, policy=options.policy))
-    for name, value in found.items():
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="file for the numbers, TOML")
+    options = parser.parse_args(arguments)
+    return end("tune", lambda: _tune(options.policy, options.trials, options.episodes, options.seed, options.out))
+
+
+def _tune(policy: str, trials: int, episodes: int, seed: int, out: Path) -> int:
+    if out.suffix != ".toml" or not out.parent.is_dir():
+        raise ValueError(f"--out is {out}; allowed: a .toml file in a folder that is there")
+    before = asdict(load_policy(policy, load()).parameters)
+    found = search(trials, episodes, seed, policy=policy)
+    about = (
+        f"Found by tune --policy {policy} --trials {trials} --episodes {episodes} --seed {seed}, on training layouts"
+    )
+    write_atomically(out, write(found, about).encode())
+    for name, value in asdict(found).items():
         if value != before[name]:
             sys.stdout.write(f"{name} = {value:g} (was {before[name]:g})\n")
+    sys.stdout.write(f"wrote {out}\n")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

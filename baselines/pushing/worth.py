@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .parameters import GreedyParameters, Parameters
+from .parameters import Earning, Parameters
 from .site import Site
 
 SOIL = 0.01  # m; less above the target is nothing
@@ -33,7 +33,7 @@ def farthest_first(site: Site, numbers: Parameters, found: Candidates) -> np.nda
     return worth + numbers.tail * found.haul - numbers.travel * time_there(site, found)
 
 
-def gain_per_second(site: Site, numbers: GreedyParameters, found: Candidates) -> np.ndarray:
+def gain_per_second(site: Site, numbers: Earning, found: Candidates) -> np.ndarray:
     """Worth [n] as volume times way that a push brings, in loads times m, by the seconds that it takes in all."""
     volume, behind = swept(site, found)
     length = np.hypot(*(found.aim - found.first).T)

@@ -15,7 +15,7 @@ def add_evaluate(commands: Any) -> None:
         "--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, .npz files, or module:Class"
     )
     evaluate.add_argument(
-        "--suite", default="quick", metavar="NAME|FILE", help="jobs: quick, heap, paper, hauls, surfaces, all, or TOML"
+        "--suite", default="quick", metavar="NAME|FILE", help="name of a shipped suite (docs/evaluation.md), or TOML"
     )
     evaluate.add_argument("--layouts", type=whole(1), default=10, metavar="N", help="of each job (default: 10)")
     evaluate.add_argument("--split", default="evaluation", help="evaluation (default), or selection, training")
@@ -26,16 +26,22 @@ def add_evaluate(commands: Any) -> None:
         "--out", type=Path, metavar="DIR", help="folder of the results (default: runs/evaluate-SUITE)"
     )
     evaluate.add_argument("--fresh", action="store_true", help="forget the episodes that the folder holds")
+    evaluate.add_argument("--renew-docs", type=Path, metavar="DIR", help="renew the suite's tables in DIR/jobs.md")
     evaluate.set_defaults(command=_evaluate)
 
 
 def _evaluate(options: argparse.Namespace) -> int:
+    from dirt_env.bench.evaluate.document import check_document, renew_document
     from dirt_env.bench.evaluate.evaluation import FAILURES, Evaluation, player
     from dirt_env.bench.evaluate.journal import Journal
     from dirt_env.bench.evaluate.report import table
     from dirt_env.bench.evaluate.suite import load_suite
 
-    suite = load_suite(options.suite, options.steps)
+    suite, docs = load_suite(options.suite, options.steps), options.renew_docs
+    if docs is not None:
+        if options.steps is not None or options.split != "evaluation":
+            raise ValueError("--renew-docs is given; allowed: without --steps, on the split evaluation")
+        check_document(docs, suite.name)
     names = [name.strip() for name in options.policies.split(",") if name.strip()]
     evaluation = Evaluation(names, suite, options.layouts, options.split)
     play = player(options.workers, options.ray)
@@ -55,5 +61,7 @@ def _evaluate(options: argparse.Namespace) -> int:
             )
             return BAD_INPUT if failed else INTERRUPTED
         result, written = evaluation.write(journal)
+    if docs is not None:
+        written.append(renew_document(docs, suite, result))
     say(table(result), "wrote " + ", ".join(str(path) for path in written))
     return 0

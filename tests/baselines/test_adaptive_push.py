@@ -1,10 +1,9 @@
 """The adaptive push does its job, and does it as described."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from dirt_env.baselines.adaptive_push import AdaptivePush, State
+from dirt_env.baselines.pushing.numbers import shipped
 from dirt_env.baselines.pushing.parameters import Parameters
 
 from dirt_env.env import DirtPushEnv
@@ -110,7 +109,7 @@ def test_it_says_so_when_there_is_no_map():
 
 
 def test_it_stands_when_all_is_done(easy):
-    policy = AdaptivePush(easy.config, replace(Parameters(), min_height=0.3))
+    policy = AdaptivePush(easy.config, shipped(Parameters, min_height=0.3))
     observation, _ = easy.reset(seed=0)
     observation = {**observation, "map": observation["map"].copy()}
     observation["map"][1] = np.minimum(observation["map"][1], 0.0)

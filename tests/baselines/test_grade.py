@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from dirt_env.baselines.grade import Grade
+from dirt_env.baselines.pushing.numbers import shipped
 from dirt_env.baselines.pushing.parameters import GradeParameters
 from dirt_env.baselines.pushing.passes import choose_passes
 from dirt_env.baselines.pushing.site import Site
@@ -29,13 +30,13 @@ def level_site():
 
 
 def test_where_all_is_level_there_is_no_pass(level_site):
-    assert choose_passes(level_site, GradeParameters(), []) == []
+    assert choose_passes(level_site, shipped(GradeParameters), []) == []
 
 
 def test_a_pass_goes_from_what_is_too_high_to_what_is_too_low(level_site):
     level_site.excess[18:22, 14:18] = 0.2  # y 9 to 11 m, x 7 to 9 m
     level_site.fill[18:22, 28:32] = 0.2  # x 14 to 16 m
-    [found] = choose_passes(level_site, GradeParameters(), [])
+    [found] = choose_passes(level_site, shipped(GradeParameters), [])
     assert found.first[0] < 7.5
     assert 14.0 < found.aim[0] < 17.0
     assert abs(found.heading) < 0.3
@@ -44,8 +45,8 @@ def test_a_pass_goes_from_what_is_too_high_to_what_is_too_low(level_site):
 
 def test_a_place_where_it_failed_is_left_alone(level_site):
     level_site.excess[18:22, 14:18] = level_site.fill[18:22, 28:32] = 0.2
-    [found] = choose_passes(level_site, GradeParameters(), [])
-    others = choose_passes(level_site, GradeParameters(), [found.first], most=50)
+    [found] = choose_passes(level_site, shipped(GradeParameters), [])
+    others = choose_passes(level_site, shipped(GradeParameters), [found.first], most=50)
     gaps = [np.hypot(*np.subtract(push.first, found.first)) for push in others]
     assert min(gaps, default=9.0) > 0.5 * level_site.blade.width
 
@@ -54,7 +55,7 @@ def test_a_pass_keeps_inside_the_site(level_site):
     level_site.excess[:4] = 0.2
     level_site.fill[8:12] = 0.1
     width, depth = level_site.extent
-    for push in choose_passes(level_site, GradeParameters(), [], most=100):
+    for push in choose_passes(level_site, shipped(GradeParameters), [], most=100):
         assert 0.0 < push.approach[0] < width
         assert 0.0 < push.approach[1] < depth
 
@@ -74,7 +75,7 @@ def test_the_blade_is_dragged_back_after_a_light_pass_only():
     """Edges of retreats: on the surface with back-drag, up without; the numbers are those it was made with."""
     env, edges = surface("ramp", 0), {}
     for drag in (0.0, 6.0):
-        policy = Grade(env.config, GradeParameters(back_drag=drag, light=5.0))
+        policy = Grade(env.config, shipped(GradeParameters, back_drag=drag, light=5.0))
         observation, _ = env.reset(seed=8000)
         policy.reset(8000)
         found = edges.setdefault(drag, [])

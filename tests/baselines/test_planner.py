@@ -1,9 +1,12 @@
 """The planner: what it imagines is what happens, and it takes what turned out best."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
+from dirt_env.baselines.grade import Grade
 from dirt_env.baselines.greedy import Greedy
-from dirt_env.baselines.planner import Planner
+from dirt_env.baselines.planner import PassPlanner, Planner, make
 from dirt_env.baselines.pushing.imagine import ImaginedSite
 from dirt_env.baselines.pushing.site import Site
 from dirt_env.baselines.pushing.value import Value
@@ -68,7 +71,7 @@ def test_what_is_left_of_a_design_too():
 def test_pushes_are_tried_out_and_the_best_comes_first(env, monkeypatch):
     policy, tried = Planner(env.config), []
     policy.site.see(env.reset(seed=4)[0])
-    monkeypatch.setattr(policy, "_gain_per_second", lambda push, value: tried.append(push) or -len(tried) % 5)
+    monkeypatch.setattr(policy, "_gain_per_second", lambda push, left: tried.append(push) or -len(tried) % 5)
     pushes = policy._choose()
     assert len(tried) == len(pushes) > 2
     assert pushes[0] is tried[0]
@@ -78,6 +81,35 @@ def test_a_ground_that_a_map_does_not_show_in_full_is_refused():
     config = DirtPushEnv(terrain="voxel").config
     with pytest.raises(ValueError, match="terrain is 'voxel'; allowed: heightfield"):
         Planner(config)
+
+
+def test_on_a_design_surface_it_tries_passes_that_differ():
+    env = DirtPushEnv(scene="ramp", level=0, observation={"map": True})
+    policy = make(env.config)
+    assert isinstance(policy, PassPlanner)
+    policy.site.see(env.reset(seed=8000)[0])
+    found = policy._candidates()
+    assert 1 < len(found) <= policy.parameters.tries
+    assert not any(policy._alike(one, other) for one, other in combinations(found, 2))
+    assert isinstance(make(DirtPushEnv(scene="dig").config), Planner), "a pit whose soil has a goal is pushed"
+
+
+def test_missing_soil_is_imagined_too_where_a_design_moves():
+    """Where a scene varies, what the design lacks is known from what was seen only; it fell out of the copy once."""
+    env = DirtPushEnv(scene="layers", level=1, observation={"map": True})
+    site, copy = Site(env.config), ImaginedSite(env.config)
+    site.see(env.reset(seed=100)[0])
+    copy.copy(site)
+    assert site.fill.sum() > 0.0
+    assert (copy.fill == site.fill).all()
+
+
+@pytest.mark.slow
+def test_it_finishes_a_surface_sooner_than_grading_does():
+    env = DirtPushEnv(scene="layers", level=1, observation={"map": True})
+    planned, graded = (play(env, make(env.config), 100, env.config.steps) for make in (PassPlanner, Grade))
+    assert planned["is_success"]
+    assert planned["time_s"] < graded["time_s"]
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dirt_env.baselines.pushing.numbers import shipped
 from dirt_env.baselines.pushing.parameters import SlotParameters
 from dirt_env.baselines.pushing.site import Site
 from dirt_env.baselines.pushing.slots import lay_slots, loads_in, next_pass
@@ -23,7 +24,7 @@ def site():
 
 
 def test_lanes_lie_side_by_side_over_the_soil_and_end_in_the_goal(site):
-    slots = lay_slots(site, SlotParameters(spacing=1.0))
+    slots = lay_slots(site, shipped(SlotParameters, spacing=1.0))
     assert len(slots) == 2
     assert sorted(slot.middle[1] for slot in slots) == pytest.approx([8.5, 11.5], abs=0.3)
     for slot in slots:
@@ -35,7 +36,7 @@ def test_lanes_lie_side_by_side_over_the_soil_and_end_in_the_goal(site):
 
 
 def test_a_pass_takes_its_loads_from_the_front_and_the_next_one_begins_behind(site):
-    numbers = SlotParameters(loads=1.0)
+    numbers = shipped(SlotParameters, loads=1.0)
     slot = lay_slots(site, numbers)[0]
     first = next_pass(site, numbers, slot)
     assert 10.5 < first.first[0] < 13.5
@@ -46,7 +47,7 @@ def test_a_pass_takes_its_loads_from_the_front_and_the_next_one_begins_behind(si
 
 def test_without_soil_there_are_no_lanes(site):
     site.excess = np.zeros_like(site.excess)
-    assert lay_slots(site, SlotParameters()) == []
+    assert lay_slots(site, shipped(SlotParameters)) == []
 
 
 @pytest.mark.slow

@@ -13,13 +13,14 @@ from typing import Any
 
 from dirt_env import __version__
 from dirt_env.bench.provenance import LIBRARIES, commit, processor
+from dirt_env.config.loading import scene_folder
 from dirt_env.policy import NETWORK, PACKAGE, policy_file
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def code_digest(policies: Sequence[str]) -> str:
-    """A digest of the sources of library, scripted behaviours and networks, and of the files of these policies."""
+    """A digest of the sources of library, behaviours and networks, of shipped numbers, and of these policies' files."""
     digest = hashlib.sha256(_library_digest())
     for name in policies:
         if (path := policy_file(name)) is not None:
@@ -35,6 +36,8 @@ def _library_digest() -> bytes:
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.relative_to(folder).as_posix().encode())
             digest.update(path.read_bytes())
+    for path in sorted(scene_folder().with_name("policy").glob("*.toml")):
+        digest.update(path.name.encode() + path.read_bytes())
     digest.update(Path(find_spec(NETWORK).origin).read_bytes())
     return digest.digest()
 

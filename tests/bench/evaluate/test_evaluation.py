@@ -13,6 +13,7 @@ import pytest
 from dirt_env.bench.evaluate import evaluation, pool
 from dirt_env.bench.evaluate.episode import METRICS, run_trial
 from dirt_env.bench.evaluate.journal import EPISODES, RESULT, SETTINGS
+from dirt_env.bench.evaluate.suite import suite_names
 from dirt_env.cli import main
 from dirt_env.split import EVALUATION
 
@@ -171,7 +172,7 @@ def test_a_policy_that_fails_is_named_and_the_rest_is_kept(tmp_path, monkeypatch
         (["--policies", "idle,idle"], "each once"),
         (["--policies", ","], "one or more"),
         (["--policies", "best"], "policy is 'best'; known: adaptive_push, "),
-        (["--suite", "fast"], "suite is 'fast'; allowed: all, hauls, heap, paper, quick, surfaces"),
+        (["--suite", "fast"], f"suite is 'fast'; allowed: {', '.join(suite_names())}"),
         (["--split", "test"], "split is 'test'; allowed: training, selection, evaluation"),
         (["--layouts", "10001"], "layouts is 10001; allowed: 1 to 10000"),
     ],

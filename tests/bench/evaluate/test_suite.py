@@ -85,7 +85,7 @@ def test_a_task_is_made_again_from_what_is_written_of_it():
         ('[[job]]\nscene = "heep"', "did you mean heap"),
         ('[[job]]\nscene = "heap"\n[[job]]\nscene = "heap"', "has the job heap twice"),
         ('include = ["mine.toml"]', "includes itself"),
-        ('include = ["no"]', "suite is 'no'; allowed: all, hauls, heap, paper, quick, surfaces"),
+        ('include = ["no"]', f"suite is 'no'; allowed: {', '.join(suite_names())}"),
         ("[[job", "is no TOML"),
     ],
 )
@@ -95,7 +95,7 @@ def test_bad_files_are_refused(written, text, complaint):
 
 
 def test_unknown_names_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"paper, quick, surfaces, or the path of a .toml file"):
+    with pytest.raises(ValueError, match=r"quick, surfaces, .*or the path of a \.toml file"):
         load_suite("fast")
     with pytest.raises(ValueError, match="is no file"):
         load_suite(tmp_path / "none.toml")
