@@ -89,7 +89,9 @@ class DirtPushEnv(gymnasium.Env):
     A height field of `site.cell` m that never gets steeper than the angle of repose; its volume is exact to the last
     bit. A control step lasts `task.period` seconds, in as many substeps as the blade needs. The blade cuts, pushes,
     carries and spills; border walls and obstacles stop the machine. With a table `traction` in the scene, so does the
-    ground: the machine slows down under the draft of load and cut, slips, and stalls (docs/machine.md).
+    ground: the machine slows down under the draft of load and cut, slips, and stalls (docs/machine.md). With tables
+    `zone` the soil differs by region; with `soil.swell` soil that is dug takes more room than it did in the ground, and
+    all volumes of the job, in the reward too, are those of bank (undisturbed) soil.
 
     ## Reward
     The sum of the terms of `info["reward"]` times the weights of the same names in the scene's table `reward`.
@@ -115,12 +117,13 @@ class DirtPushEnv(gymnasium.Env):
     time of the default job. `env.unwrapped.config.steps` is what a scene's own `task.time` comes to.
 
     ## Info
-    Plain numbers: `share_in_goal`, `volume_moved_m3`, `misplaced_m3`, `spilled_m3` (soil that lies neither in start nor
-    in goal nor in design regions where there was none, or is lost), `lost_m3`, `grade_error_m` (root mean square; 0
-    without a design), `work_kj` on the soil, `energy_kj` (the same; with `traction`, what the tracks took from the
-    engine), `distance_m`, `time_s` since the start; `load_m3`, `draft_kn` (mean force on the blade), `slip` of the
-    tracks (1: stalled; 0 without `traction`) and `blocked` (share of the step in which something solid held the
-    machine) of the last step; `is_success`; the dict `reward`.
+    Plain numbers: `share_in_goal`, `volume_moved_m3`, `loose_moved_m3` (the same soil as it lies, which is more with
+    `soil.swell`), `misplaced_m3`, `spilled_m3` (soil that lies neither in start nor in goal nor in design regions where
+    there was none, or is lost), `lost_m3`, `grade_error_m` (root mean square; 0 without a design), `work_kj` on the
+    soil, `energy_kj` (the same; with `traction`, what the tracks took from the engine), `distance_m`, `time_s` since
+    the start; `load_m3`, `draft_kn` (mean force on the blade), `slip` of the tracks (1: stalled; 0 without `traction`)
+    and `blocked` (share of the step in which something solid held the machine) of the last step; `is_success`; the dict
+    `reward`.
 
     ## Arguments
     `scene`: name of a shipped scene, path of a TOML file, or a mapping (default "heap"). `render_mode`: None,

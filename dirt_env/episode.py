@@ -6,6 +6,7 @@ import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.scene.layout import Layout
+from dirt_env.sim.bank import Bank, bank_of
 from dirt_env.task.batch import Totals
 from dirt_env.task.goal import Gauge, Remaining
 from dirt_env.task.job import Job, make_job
@@ -30,8 +31,8 @@ class Episode(NamedTuple):
         if config.has_walls and layout.solid is None:  # the channel has to be there all the same
             layout = layout._replace(solid=np.zeros(layout.goal.shape, bool))
         limit = config.observation.height_limit
-        job = make_job(world.height, layout, grid.cell, min(blade.height, limit), limit)
-        start = Gauge(job, grid.cell).measure(world.height)
+        job = make_job(world.height, layout, grid.cell, min(blade.height, limit), limit, config.soil.swell)
+        start = Gauge(job, grid.cell).measure(world.height, bank=_bank(config, world))
         return cls(layout, world, job, start, Totals(), start)
 
     def to_tree(self) -> dict[str, Any]:
@@ -50,8 +51,13 @@ class Episode(NamedTuple):
         layout = Layout(**{**tree["layout"], "pose": tuple(tree["layout"]["pose"])})
         world, job = world_of_tree(config, tree["world"]), Job(**tree["job"])
         check_ranges(config, world, layout)
-        remaining = Gauge(job, config.grid.cell).measure(world.height)
+        remaining = Gauge(job, config.grid.cell).measure(world.height, bank=_bank(config, world))
         return cls(layout, world, job, Remaining(**tree["start"]), Totals(**tree["totals"]), remaining)
+
+
+def _bank(config: SceneConfig, world: AnyWorld) -> Bank | None:
+    """The undisturbed soil of a world in which soil swells."""
+    return bank_of(getattr(world, "bank", None), getattr(world, "natural", None), config.soil.swell)
 
 
 def tree_form(config: SceneConfig) -> dict[str, Any]:
@@ -60,7 +66,8 @@ def tree_form(config: SceneConfig) -> dict[str, Any]:
     ground, mask, f4 = np.empty(shape), np.empty(shape, bool), np.empty(shape, np.float32)
     solid = mask if config.has_walls else None
     design = None if config.design is None else mask
-    layout = Layout(ground, ground, mask, mask, design, solid, [float] * 3, float, float)
+    zone = mask.astype(np.int8) if config.zones else None
+    layout = Layout(ground, ground, mask, mask, design, solid, [float] * 3, float, float, ground, zone)
     job = Job(f4, f4, f4, mask.astype(np.uint8), np.empty((0, 2)), *[float] * 6)
     return {
         "layout": layout._asdict(),

@@ -1,6 +1,6 @@
 """Plays a policy in an environment and sums up what came of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from dirt_env.env import DirtPushEnv
 from dirt_env.policy import Policy
@@ -8,6 +8,7 @@ from dirt_env.policy import Policy
 REPORTED = (
     "share_in_goal",
     "volume_moved_m3",
+    "loose_moved_m3",
     "spilled_m3",
     "time_s",
     "distance_m",
@@ -43,20 +44,22 @@ def play(env: DirtPushEnv, policy: Policy, seed: int, steps: int, watch: Watch |
 
 
 def mean(summaries: Sequence[Summary]) -> Summary:
-    """Means of the episodes' figures; m3/h is all the soil over all the time, `success` the share that was done."""
+    """Means of the episodes' figures; m3/h are all the soil over all the time, `success` the share that was done."""
     names = [name for name in summaries[0] if name not in ("seed", "is_success")]
     columns = {name: [summary[name] for summary in summaries] for name in names}
     figures = {name: None if None in column else sum(column) / len(column) for name, column in columns.items()}
-    figures["m3_per_h"] = _per_hour(figures["volume_moved_m3"], figures["time_s"])
-    return figures
+    return {**figures, **_rates(figures)}
 
 
 def _summary(info: dict, seed: int, steps: int, total: float) -> Summary:
     figures = {name: info[name] for name in REPORTED}
-    figures["m3_per_h"] = _per_hour(info["volume_moved_m3"], info["time_s"])
+    figures |= _rates(info)
     done = bool(info["is_success"])
     return {"seed": seed, "steps": steps, "is_success": done, "success": float(done), "return": total, **figures}
 
 
-def _per_hour(volume: float, seconds: float) -> float:
-    return 3600.0 * volume / seconds if seconds > 0.0 else 0.0
+def _rates(figures: Mapping[str, float]) -> dict[str, float]:
+    """Soil moved an hour, as bank and as loose soil; the same where no soil swells."""
+    volumes = {"m3_per_h": figures["volume_moved_m3"], "loose_m3_per_h": figures["loose_moved_m3"]}
+    seconds = figures["time_s"]
+    return {name: 3600.0 * volume / seconds if seconds > 0.0 else 0.0 for name, volume in volumes.items()}

@@ -36,7 +36,8 @@ def idle_figures(config: SceneConfig) -> tuple[str, ...]:
     """What the replay of a scene does not show: figures that say nothing there, and the time, which it shows anyway."""
     design = () if config.design is not None else ("grade_error_m",)
     traction = () if config.traction is not None else ("energy_kj", "slip")
-    return ("time_s", *design, *traction)
+    loose = () if config.soil.swell > 0.0 else ("loose_moved_m3",)
+    return ("time_s", *design, *traction, *loose)
 
 
 class Run:

@@ -13,6 +13,7 @@ from dirt_env.sim.advance import place, settle
 from dirt_env.sim.state import POSE, TALLY, WORK_SPACE, World, make_world, quantum_for, work_space
 from dirt_env.sim.voxel_advance import VoxelWorld, make_voxel_world, place_on_voxels, settle_voxels
 from dirt_env.sim.voxel_state import VOXEL_WORK_SPACE, voxel_work_space
+from dirt_env.sim.zones import Zones
 
 AnyWorld = World | VoxelWorld
 
@@ -23,8 +24,11 @@ def begin_world(config: SceneConfig, layout: Layout) -> AnyWorld:
     open_border = config.site.border == "open"
     if isinstance(terrain, HeightField):
         world = make_world(layout.height, grid, layout.solid, open_border)
-        settle(world, grid, soil)
-        place(world, grid, soil, config.blade, config.machine, *layout.pose)
+        zones = config.zones_for(layout.zone)
+        settle(world, grid, soil, zones=zones if _repose_varies(zones) else None)
+        if soil.swell > 0.0:
+            world = _with_bank(world, layout)
+        place(world, grid, soil, config.blade, config.machine, *layout.pose, zones)
     else:
         rules, dy = terrain.rules_for(grid, soil), terrain.dy_for(grid, soil)
         depth = terrain.depth + max(0.0, float((layout.height - layout.target).max()))
@@ -32,6 +36,18 @@ def begin_world(config: SceneConfig, layout: Layout) -> AnyWorld:
         settle_voxels(world, rules)
         place_on_voxels(world, grid, soil, config.blade, config.machine, rules, layout.pose)
     return world
+
+
+def _repose_varies(zones: Zones | None) -> bool:
+    """Whether soils differ in how the ground slumps: where they do not, it settles as if there were one."""
+    return zones is not None and bool(np.ptp(zones.soils["slope"]) > 0.0)
+
+
+def _with_bank(world: World, layout: Layout) -> World:
+    """The world with its undisturbed soil told apart: the ground without the heaps, as far as it has not slumped."""
+    rounded = np.round(layout.ground / world.quantum) * world.quantum
+    natural = np.minimum(rounded.astype(world.height.dtype), world.height)
+    return world._replace(bank=natural.copy(), natural=natural)
 
 
 def tree_of_world(world: AnyWorld) -> dict[str, Any]:
@@ -66,7 +82,8 @@ def world_form(config: SceneConfig) -> dict[str, Any]:
         "changed": box,
     }
     if isinstance(config.terrain, HeightField):
-        return {**form, "pending": box, "quantum": float}
+        bank = ground if config.soil.swell > 0.0 else None
+        return {**form, "pending": box, "quantum": float, "bank": bank, "natural": bank}
     cells = np.empty((rows + 2, cols + 2, 0))  # any number of levels
     boxes = {"active": box, "touched": box, "bottom": float, "dy": float}
     return {**form, "surface": ground, "fill": cells, "incoming": cells, "life": cells.astype(np.int16), **boxes}
@@ -85,6 +102,9 @@ def check_ranges(config: SceneConfig, world: AnyWorld, layout: Layout) -> None:
         r0, r1, c0, c1 = bounds = getattr(world, name).tolist()
         if not all(0 <= n <= rows for n in (r0, r1)) or not all(0 <= n <= cols for n in (c0, c1)):
             raise ValueError(f"state has the window {name} {bounds}; allowed: 0..{rows} rows, 0..{cols} cols")
+    if layout.zone is not None and not 0 <= layout.zone.min() <= layout.zone.max() <= len(config.zones):
+        numbers = f"{layout.zone.min()} to {layout.zone.max()}"
+        raise ValueError(f"state has zones with the numbers {numbers}; allowed: 0 to {len(config.zones)}")
     if not field and not world.fill.shape == world.incoming.shape == world.life.shape:
         raise ValueError(f"state has {world.fill.shape[2]} levels of fill; allowed: as many of incoming and life")
     if field and world.quantum != (quantum := quantum_for(grid.cell, float(np.abs(layout.height).max()))):

@@ -60,6 +60,8 @@ def features(config: SceneConfig) -> dict[str, Any]:
         "a design": config.design is not None,
         "traction": config.traction is not None,
         "action.blade": config.action.blade,
+        "zones": bool(config.zones),
+        "soil.swell": config.soil.swell > 0.0,
         "observation.size": seen.size,
         "observation.channels": config.channels,
         "observation.height_limit": seen.height_limit,

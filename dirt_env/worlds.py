@@ -25,7 +25,8 @@ from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, t
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
-APART = ("job", "scenes", "channels", "pulls", "grade", "sums")  # what of a batch is no array, or not of an episode
+# What of a batch is no array, or not of an episode.
+APART = ("job", "scenes", "channels", "pulls", "grade", "soils", "zone_pulls", "sums")
 BUSY = np.zeros(1, bool)  # one world that is not idle
 
 
@@ -49,12 +50,16 @@ class Worlds:
             channels=self.observer.view.channels,
             traction=first.traction is not None,
             grade_control=first.action.blade == "grade",
+            swell=first.soil.swell > 0.0,
+            soils=1 + max(len(config.zones) for config in configs),
         )
         views = {config: Observer(config).view for config in dict.fromkeys(configs)}
         for i, config in enumerate(configs):
             _write_scene(self.batch.scenes[i], config, views[config])
             if config.pull is not None:
                 self.batch.pulls[i] = tuple(config.pull)
+            if config.zones:
+                _write_zones(self.batch, i, config)
         self.noise = None if first.observation.noise is None else _make_noise(self.batch.height)
         self.layouts: list[Layout | None] = [None] * len(configs)
         self._cells: list[dict[str, Any]] = [{} for _ in configs]  # what a VoxelWorld has and a World has not
@@ -84,6 +89,8 @@ class Worlds:
         batch.job.centers[index, : len(centers)] = centers
         _write_episode(batch.episodes[index], self.configs[index], episode)
         self.layouts[index] = episode.layout
+        if batch.zone is not None:
+            batch.zone[index] = episode.layout.zone
         cells = {} if self._is_field else episode.world._asdict()
         self._cells[index] = {name: part for name, part in cells.items() if name not in Batch._fields}
         self.run(take_up, index, index + 1)
@@ -184,7 +191,8 @@ class Worlds:
         if not self._is_field:
             return VoxelWorld(**shared, **self._cells[index])
         quantum = float(batch.episodes[index].quantum)
-        return World(**shared, pending=batch.pending[index], quantum=quantum, **self.scratch(0)._asdict())
+        bank = {} if batch.bank is None else {"bank": batch.bank[index], "natural": batch.natural[index]}
+        return World(**shared, pending=batch.pending[index], quantum=quantum, **self.scratch(0)._asdict(), **bank)
 
     def _make_room(self, centers: int) -> None:
         """Let the jobs have that many goals."""
@@ -216,6 +224,16 @@ def _write_scene(record: np.record, config: SceneConfig, view: View) -> None:
     record["tolerance"] = config.design.tolerance if by_design else UNREACHED_ERROR
     record["success"] = UNREACHED_SHARE if by_design else task.success
     record["weights"] = [getattr(config.reward, name) for name in TERMS]
+
+
+def _write_zones(batch: Batch, index: int, config: SceneConfig) -> None:
+    """Write the soils of a scene into the tables of a batch; unused rows repeat the scene's own."""
+    soils, pulls = config.zone_tables
+    batch.soils[index] = soils[0]
+    batch.soils[index, : len(soils)] = soils
+    if pulls is not None:
+        batch.zone_pulls[index] = pulls[0]
+        batch.zone_pulls[index, : len(pulls)] = pulls
 
 
 def _write_episode(record: np.record, config: SceneConfig, episode: Episode) -> None:

@@ -10,14 +10,19 @@ import numpy as np
 RATE = 0.24
 
 
-def thresholds(dtype, quantum, cell, soil):
-    """(T, settled, lock) as in `slump.limits`."""
+def thresholds(dtype, quantum, cell, soil, slopes=None):
+    """(T, settled, lock) as in `slump.limits`; with slopes[rows, cols] the first two of right and upper links."""
+    if slopes is not None:
+        each = [thresholds(dtype, quantum, cell, soil._replace(slope=slope)) for slope in slopes.ravel()]
+        low, calm = (np.reshape([row[k] for row in each], slopes.shape) for k in (0, 1))
+        pairs = [(np.minimum(m[:, :-1], m[:, 1:]), np.minimum(m[:-1], m[1:])) for m in (low, calm)]
+        return *pairs, each[0][2]
     slack = max(soil.tolerance * max(soil.slope, 0.01) * cell, 4 * quantum)
     lock = 1.5 * 2.0 ** (23 if dtype == np.float32 else 52) * quantum
     return dtype(soil.slope * cell), dtype(soil.slope * cell + slack), dtype(lock)
 
 
-def settle(height, quantum, cell, soil, solid=None, outside=None, line=None):
+def settle(height, quantum, cell, soil, solid=None, outside=None, line=None, slopes=None):
     """Sweep the whole map until nothing moves. Returns (height, sweeps, height lost over the open border)."""
     h = np.array(height)
     rim = None
@@ -26,13 +31,15 @@ def settle(height, quantum, cell, soil, solid=None, outside=None, line=None):
         rim = np.pad(np.zeros(np.shape(height), bool), 1, constant_values=True)
         ground_outside = np.pad(np.asarray(outside), 1, mode="edge")
         solid = np.pad(solid, 1) if solid is not None else None
+    if slopes is not None and rim is not None:
+        slopes = np.pad(slopes, 1, mode="edge")
     crossed = [] if line is None else list(blocked_links(h.shape, cell, line, 0 if rim is None else 1))
     lost = 0.0
     sweeps = 0
     while True:
         if rim is not None:  # the ground outside takes soil and gives none
             h[rim] = np.minimum(ground_outside, np.pad(h[1:-1, 1:-1], 1, mode="edge"))[rim]
-        new, moved = sweep(h, quantum, cell, soil, solid, rim, crossed)
+        new, moved = sweep(h, quantum, cell, soil, solid, rim, crossed, slopes)
         sweeps += 1
         if rim is not None:
             lost += float(np.sum(new[rim].astype(np.float64) - h[rim]))
@@ -41,10 +48,11 @@ def settle(height, quantum, cell, soil, solid=None, outside=None, line=None):
             return (h if rim is None else h[1:-1, 1:-1]), sweeps, lost
 
 
-def sweep(h, quantum, cell, soil, solid, rim, crossed=()):
+def sweep(h, quantum, cell, soil, solid, rim, crossed=(), slopes=None):
     """One explicit step of the whole map; returns the new heights and whether anything moved."""
     dtype = h.dtype.type
-    threshold, settled, lock = thresholds(dtype, quantum, cell, soil)
+    threshold, settled, lock = thresholds(dtype, quantum, cell, soil, slopes)
+    (t_x, t_y), (s_x, s_y) = (pair if slopes is not None else (pair, pair) for pair in (threshold, settled))
     open_x = np.ones((h.shape[0], h.shape[1] - 1), bool)
     open_y = np.ones((h.shape[0] - 1, h.shape[1]), bool)
     for mask, both in ((solid, False), (rim, True)):
@@ -62,11 +70,13 @@ def sweep(h, quantum, cell, soil, solid, rim, crossed=()):
     across_x = dtype(0.25) * ((up[:, :-1] + up[:, 1:]) + (down[:, :-1] + down[:, 1:]))
     right, left = x[1:-1, 1:], x[1:-1, :-1]
     across_y = dtype(0.25) * ((right[:-1] + right[1:]) + (left[:-1] + left[1:]))
-    flux_x = _flux(x[1:-1, 1:-1], across_x, threshold, settled, lock)
-    flux_y = _flux(y[1:-1, 1:-1], across_y, threshold, settled, lock)
+    flux_x = _flux(x[1:-1, 1:-1], across_x, t_x, s_x, lock)
+    flux_y = _flux(y[1:-1, 1:-1], across_y, t_y, s_y, lock)
     for along_x, r, c, edge, top in blocked:
         a, b = h[r, c], h[r, c + 1] if along_x else h[r + 1, c]
-        flow = _link_flux(max(a, b), min(a, b), dtype(edge), dtype(top), threshold, settled, lock)
+        limits = (t_x, s_x) if along_x else (t_y, s_y)
+        low, calm = limits if slopes is None else (limit[r, c] for limit in limits)
+        flow = _link_flux(max(a, b), min(a, b), dtype(edge), dtype(top), low, calm, lock)
         (flux_x if along_x else flux_y)[r, c] = flow if b > a else -flow
     fx, fy = np.pad(flux_x, ((0, 0), (1, 1))), np.pad(flux_y, ((1, 1), (0, 0)))
     new = h + ((fx[:, 1:] - fx[:, :-1]) + (fy[1:] - fy[:-1]))

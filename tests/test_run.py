@@ -7,7 +7,7 @@ from dirt_env.env import DirtPushEnv
 from dirt_env.rollout import mean, play
 from dirt_env.run import idle_figures
 
-HALF_A_JOB = {"is_success": False, "success": 0.0, "time_s": 10.0, "volume_moved_m3": 1.0}
+HALF_A_JOB = {"is_success": False, "success": 0.0, "time_s": 10.0, "volume_moved_m3": 1.0, "loose_moved_m3": 1.25}
 
 
 class Listener:
@@ -39,11 +39,13 @@ def test_an_episode_says_whether_it_was_done():
 
 
 def test_the_mean_has_the_share_that_was_done():
-    done = {**HALF_A_JOB, "is_success": True, "success": 1.0, "time_s": 30.0, "volume_moved_m3": 3.0}
+    volumes = {"volume_moved_m3": 3.0, "loose_moved_m3": 3.75}
+    done = {**HALF_A_JOB, "is_success": True, "success": 1.0, "time_s": 30.0, **volumes}
     figures = mean([{"seed": 1, **HALF_A_JOB}, {"seed": 2, **done}])
-    assert figures == {"success": 0.5, "time_s": 20.0, "volume_moved_m3": 2.0, "m3_per_h": pytest.approx(360.0)}
+    rates = {"m3_per_h": pytest.approx(360.0), "loose_m3_per_h": pytest.approx(450.0)}
+    assert figures == {"success": 0.5, "time_s": 20.0, "volume_moved_m3": 2.0, "loose_moved_m3": 2.5, **rates}
 
 
 def test_the_replay_leaves_out_what_says_nothing_in_a_scene():
-    assert idle_figures(load("heap")) == ("time_s", "grade_error_m", "energy_kj", "slip")
-    assert idle_figures(load("pad", traction={})) == ("time_s",)
+    assert idle_figures(load("heap")) == ("time_s", "grade_error_m", "energy_kj", "slip", "loose_moved_m3")
+    assert idle_figures(load("pad", traction={}, soil={"swell": 0.25})) == ("time_s",)

@@ -1,8 +1,8 @@
 """What a scene may leave out: the time of a step with it and without it.
 
 `tests/bench/test_lean.py` proves for each that the lean step gives the full one's result, to the last bit, where the
-feature is there but neutral; for traction and noise `tests/sim/test_traction.py` and `tests/test_soil_and_noise.py` do.
-Soil that varies from cell to cell is not in the library.
+feature is there but neutral; for traction and noise `tests/sim/test_traction.py` and `tests/test_soil_and_noise.py` do,
+for other soils by region and swell `tests/sim/test_zones.py` and `tests/sim/test_bank.py`.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,6 +16,7 @@ from dirt_env.env import DirtPushEnv
 from dirt_env.sim.advance import advance, settle
 from dirt_env.sim.params import Command
 from dirt_env.sim.voxel_advance import advance_voxels
+from dirt_env.sim.zones import SOILS, Zones
 from dirt_env.task.goal import Gauge
 from dirt_env.task.job import Job, make_job
 from dirt_env.vector import DirtPushVectorEnv
@@ -64,9 +65,9 @@ def env_step(env: DirtPushEnv) -> Step:
     return step
 
 
-def world_step(env: DirtPushEnv, command: Command, **fields) -> Step:
+def world_step(env: DirtPushEnv, command: Command, zones: Zones | None = None, **fields) -> Step:
     """Steps of the physics alone, with some fields of the world replaced, back and forth on the same ground."""
-    world, move = env.episode.world._replace(**fields), physics(env)
+    world, move = env.episode.world._replace(**fields), physics(env, zones)
     back = command._replace(speed=-command.speed)
     forward = True
 
@@ -78,12 +79,15 @@ def world_step(env: DirtPushEnv, command: Command, **fields) -> Step:
     return step
 
 
-def physics(env: DirtPushEnv) -> Callable[..., None]:
-    """A function of a world of the environment's scene and a command: one control step of its terrain."""
+def physics(env: DirtPushEnv, zones: Zones | None = None) -> Callable[..., None]:
+    """A function of a world of the environment's scene and a command: one control step of its terrain.
+
+    `zones` are of a height field.
+    """
     config = env.config
     fixed, period = (config.grid, config.soil, config.blade, config.machine), config.task.period
     if config.terrain.kind == "heightfield":
-        return lambda world, command: advance(world, *fixed, command, period)
+        return lambda world, command: advance(world, *fixed, command, period, None, zones)
     rules, pace = config.terrain.rules_for(config.grid, config.soil), float(config.terrain.updates_per_second)
     return lambda world, command: advance_voxels(world, *fixed, rules, pace, command, period)
 
@@ -145,6 +149,20 @@ def _traction(full: bool) -> Step:
     return env_step(started(traction={}) if full else started())
 
 
+def _zones(full: bool) -> Step:
+    env = started()
+    soils = np.array([tuple(env.config.soil)] * 2, SOILS)
+    index = (np.indices(env.episode.world.height.shape).sum(axis=0) % 2).astype(np.int8)
+    zones = Zones(index, soils, None, np.zeros(2), np.zeros(2)) if full else None
+    return world_step(env, Command(1.0, 0.0, -0.02), zones)
+
+
+def _swell(full: bool) -> Step:
+    env = started()
+    maps = {name: env.episode.world.height.copy() for name in ("bank", "natural")} if full else {}
+    return world_step(env, Command(1.0, 0.0, -0.02), **maps)
+
+
 def _noise(full: bool) -> Step:
     return env_step(started(observation={"noise": {"height": 0.01}}) if full else started())
 
@@ -189,6 +207,8 @@ FEATURES = (
     Feature("open border", "no soil near it", _open_border),
     Feature("design surface", "its region is empty", _design),
     Feature("draft and traction", "no table traction", _traction),
+    Feature("soil by region", "all soils the same", _zones),
+    Feature("bank and loose soil", "a swell of 0", _swell),
     Feature("noise of heights", "no table observation.noise", _noise),
     Feature("overview", "observation.overview false", _observation("overview")),
     Feature("map", "observation.map false", _observation("map")),

@@ -13,6 +13,7 @@ from dirt_env.scene.design import Design
 from dirt_env.scene.ground import Rough, face_slopes
 from dirt_env.scene.layout import Layout
 from dirt_env.scene.survey import HeightFile
+from dirt_env.scene.zone import MOST, zone_map
 from dirt_env.sim.advance import fits
 from dirt_env.sim.draft import STEEPEST
 from dirt_env.sim.state import make_world, quantum_for
@@ -32,6 +33,7 @@ def check(config: SceneConfig) -> None:
     _check_action(config)
     if config.traction is not None:
         _check_traction(config)
+    _check_soils(config)
     _check_ground(config)
     _check_cells(config)
     if config.layout is not None:
@@ -99,26 +101,39 @@ def _check_traction(config: SceneConfig) -> None:
         raise ValueError(
             f'traction is given and terrain is "{config.terrain.kind}"; allowed: "{HeightField.kind}", or no traction'
         )
-    strength = config.strength
-    angles = config.traction.rake, strength.internal_friction, strength.external_friction
-    if sum(angles) > STEEPEST:
-        rake, internal, external = map(degrees, angles)
-        raise ValueError(
-            f"traction.rake {rake:g}, soil.internal_friction {internal:g} and soil.external_friction {external:g} "
-            f"degrees make {rake + internal + external:g}; allowed: at most {degrees(STEEPEST):.1f} together, or the "
-            "blade breaks no wedge out of the ground"
-        )
+    for i, earth in enumerate(config.soils):
+        key, strength = "soil" if i == 0 else f"zone[{i - 1}]", earth.strength
+        angles = config.traction.rake, strength.internal_friction, strength.external_friction
+        if sum(angles) > STEEPEST:
+            rake, internal, external = map(degrees, angles)
+            raise ValueError(
+                f"traction.rake {rake:g}, {key}.internal_friction {internal:g} and {key}.external_friction "
+                f"{external:g} degrees make {rake + internal + external:g}; allowed: at most {degrees(STEEPEST):.1f} "
+                "together, or the blade breaks no wedge out of the ground"
+            )
+
+
+def _check_soils(config: SceneConfig) -> None:
+    zone_map([zone.region for zone in config.zones], config.grid)
+    if len(config.zones) > MOST:
+        raise ValueError(f"the scene has {len(config.zones)} zones; allowed: at most {MOST}")
+    field = isinstance(config.terrain, HeightField)
+    for key, given in (("zone", bool(config.zones)), ("soil.swell", config.soil.swell > 0.0)):
+        if given and not field:
+            raise ValueError(
+                f'{key} is given and terrain is "{config.terrain.kind}"; allowed: "{HeightField.kind}", or no {key}'
+            )
 
 
 def _check_ground(config: SceneConfig) -> None:
-    slope = config.soil.slope
+    slope = min(earth.soil.slope for earth in config.soils)
     if isinstance(config.ground, Rough):
         _check_length("ground.length", config.ground.length, config.site.cell)
     if not isinstance(config.ground, HeightFile):
         if config.ground.steepest() > slope:
             raise ValueError(
                 f"ground is as steep as {config.ground.steepest():.3f}; allowed: at most {slope:.3f}, "
-                "the slope of soil.repose"
+                f"the slope of soil.repose{' or of the gentlest zone' if config.zones else ''}"
             )
         return
     survey = config.ground.survey(config.grid)

@@ -11,7 +11,8 @@ from typing import Any
 from dirt_env.config import consistency, episode
 from dirt_env.config.rules import Rule, join, known_keys
 from dirt_env.config.scene import FIELDS, SceneConfig
-from dirt_env.config.tables import POSE, SCENE, SOIL, Action, Observation, Reward, Site, Task
+from dirt_env.config.soils import SOIL
+from dirt_env.config.tables import POSE, SCENE, Action, Observation, Reward, Site, Task
 from dirt_env.config.terrain import HeightField
 from dirt_env.scene import survey
 from dirt_env.scene.ground import Flat
@@ -176,6 +177,7 @@ def _build(name: str, folder: Path, written: dict[str, Any]) -> SceneConfig:
         "ground": Flat(),
         "terrain": HeightField(),
         **read.pop("earth", SOIL.make())._asdict(),
+        "zones": (),
         "blade": Blade(),
         "machine": Machine(),
         "traction": None,

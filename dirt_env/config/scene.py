@@ -4,7 +4,10 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-from dirt_env.config.tables import POSE, SCENE, Action, Earth, Observation, Reward, Site, Task
+import numpy as np
+
+from dirt_env.config.soils import Earth, Zone
+from dirt_env.config.tables import POSE, SCENE, Action, Observation, Reward, Site, Task
 from dirt_env.config.terrain import Terrain
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Ground, Hollow, Start
@@ -13,10 +16,18 @@ from dirt_env.scene.obstacles import Obstacle
 from dirt_env.scene.sampling import Sampler
 from dirt_env.scene.vary import Vary
 from dirt_env.sim.params import Blade, Grid, Machine, Soil, Strength, Traction
-from dirt_env.sim.traction import Pull, pull_of
+from dirt_env.sim.traction import PULL, Pull, pull_of
+from dirt_env.sim.zones import SOILS, Zones
 
 # Attribute of a key, where it differs.
-FIELDS = {"soil": "earth", "start": "starts", "goal": "goals", "hollow": "hollows", "obstacle": "obstacles"}
+FIELDS = {
+    "soil": "earth",
+    "zone": "zones",
+    "start": "starts",
+    "goal": "goals",
+    "hollow": "hollows",
+    "obstacle": "obstacles",
+}
 
 
 @dataclass(frozen=True)
@@ -30,6 +41,7 @@ class SceneConfig:
     terrain: Terrain
     soil: Soil
     strength: Strength
+    zones: tuple[Zone, ...]
     blade: Blade
     machine: Machine
     traction: Traction | None  # None: the machine does what it is told, whatever that takes
@@ -63,7 +75,30 @@ class SceneConfig:
         """Constants of draft and traction for the kernels, or None where they are not computed."""
         if self.traction is None:
             return None
-        return pull_of(self.soil, self.strength, self.blade, self.machine, self.traction)
+        return self._pull(self.earth)
+
+    @property
+    def soils(self) -> tuple[Earth, ...]:
+        """The scene's soil and that of each zone, in the order of the zones' numbers in a layout."""
+        return self.earth, *(zone.earth(self.earth) for zone in self.zones)
+
+    def zones_for(self, index: np.ndarray | None) -> Zones | None:
+        """The soils of a layout whose cells have those numbers i1[rows, cols], for the simulator; None of None."""
+        if index is None:
+            return None
+        soils, pulls = self.zone_tables
+        return Zones(index, soils, pulls, np.zeros(len(soils)), np.zeros(len(soils)))
+
+    @property
+    def zone_tables(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """Records SOILS[k] and PULL[k] of all `soils`, the latter None without traction."""
+        soils = np.array([tuple(earth.soil) for earth in self.soils], SOILS)
+        if self.traction is None:
+            return soils, None
+        return soils, np.array([tuple(self._pull(earth)) for earth in self.soils], PULL)
+
+    def _pull(self, earth: Earth) -> Pull:
+        return pull_of(earth.soil, earth.strength, self.blade, self.machine, self.traction)
 
     @property
     def steps(self) -> int:

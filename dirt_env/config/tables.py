@@ -3,12 +3,8 @@
 docs/scenes.md is the same for people.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from math import atan, degrees, radians, tan
-from typing import Any, NamedTuple
 
-from dirt_env.config.presets import PRESETS
 from dirt_env.config.rules import (
     Choice,
     Either,
@@ -25,8 +21,8 @@ from dirt_env.config.rules import (
     Table,
     Text,
     Vector,
-    join,
 )
+from dirt_env.config.soils import SOIL, Angle, zone_table
 from dirt_env.config.terrain import HeightField, VoxelGrid
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Hollow, Start
@@ -36,7 +32,7 @@ from dirt_env.scene.regions import Circle, Mask, Polygon, Rectangle
 from dirt_env.scene.sampling import LEVELS, Sampler
 from dirt_env.scene.survey import HeightFile
 from dirt_env.scene.vary import Vary
-from dirt_env.sim.params import Blade, Machine, Soil, Strength, Traction
+from dirt_env.sim.params import Blade, Machine, Traction
 from dirt_env.sim.voxel_state import FOOTINGS, LARGEST_LIFE
 from dirt_env.task.patch import CHANNELS
 
@@ -119,61 +115,6 @@ SHARE = Number(0, 1, above=True)
 WEIGHT = Number(-1e9, 1e9)
 
 
-class Repose(Number):
-    """An angle of repose in degrees, kept as its tangent; 12 decimals count, so that it survives being written back."""
-
-    def read(self, value, key, folder) -> float:
-        return tan(radians(round(super().read(value, key, folder), 12)))
-
-    def write(self, value) -> float:
-        return round(degrees(atan(value)), 12)
-
-
-class Angle(Number):
-    """An angle in degrees, kept in radians; 12 decimals count, so that it survives being written back."""
-
-    def read(self, value, key, folder) -> float:
-        return radians(round(super().read(value, key, folder), 12))
-
-    def write(self, value) -> float:
-        return round(degrees(value), 12)
-
-
-def _rounded(angle: float) -> float:
-    """The angle [rad] that comes back when it is written in degrees."""
-    return radians(round(degrees(angle), 12))
-
-
-class Earth(NamedTuple):
-    """All that the table `soil` says: the loose soil, and what it stands before it gives way."""
-
-    soil: Soil
-    strength: Strength
-
-
-def _earth(slope: float = Soil().slope, friction: float | None = None, **rest: float) -> Earth:
-    """Soil whose friction on itself and inside is that of its repose, if nothing else is said; on steel 2/3 of it."""
-    of_soil = {name: rest.pop(name) for name in Soil._fields if name in rest}
-    internal = rest.pop("internal_friction", _rounded(atan(slope)))
-    external = rest.pop("external_friction", _rounded(internal * 2 / 3))
-    soil = Soil(slope=slope, friction=slope if friction is None else friction, **of_soil)
-    return Earth(soil, Strength(internal_friction=internal, external_friction=external, **rest))
-
-
-class SoilTable(Table):
-    """The table `soil`; its `preset` gives the keys that are not there themselves."""
-
-    def read(self, value, key, folder) -> Earth:
-        if not isinstance(value, Mapping) or "preset" not in value:
-            return super().read(value, key, folder)
-        preset = self.rules["preset"].read(value["preset"], join(key, "preset"), folder)
-        return super().read({**PRESETS[preset], **{k: v for k, v in value.items() if k != "preset"}}, key, folder)
-
-    def write(self, value) -> dict[str, Any]:
-        numbers = {**value.soil._asdict(), **value.strength._asdict()}
-        return {name: rule.write(numbers[self.field(name)]) for name, rule in self.rules.items() if name != "preset"}
-
-
 def _sampler(level: int = 1, **numbers) -> Sampler:
     """A level's preset, with the given numbers in place of its own."""
     return Sampler(**{**vars(LEVELS[level]), **numbers})
@@ -224,22 +165,7 @@ GROUND = Kinds(
 
 SITE = Table(Site, {"size": Vector(2, METRES), "cell": METRES, "border": Choice(("wall", "open"))})
 
-SOIL = SoilTable(
-    _earth,
-    {
-        "preset": Choice(tuple(PRESETS)),
-        "repose": Repose(0, 90, "degrees", below=True),
-        "density": Number(0, 1e9, "kg/m3", above=True),
-        "friction": Number(0, 1e6),
-        "tolerance": Number(0, 0.1, above=True),
-        "cohesion": Number(0, 1e9, "Pa"),
-        "internal_friction": Angle(0, 90, "degrees", below=True),
-        "adhesion": Number(0, 1e9, "Pa"),
-        "external_friction": Angle(0, 90, "degrees", below=True),
-        "shear_deformation": Number(0, 10, "m"),
-    },
-    fields={"repose": "slope"},
-)
+ZONE = zone_table(REGION)
 
 BLADE = Table(Blade, {"width": LENGTH, "height": LENGTH, "reach": Number(0, 1e4, "m")})
 
@@ -391,6 +317,7 @@ SCENE: dict[str, Rule] = {
     "ground": GROUND,
     "terrain": TERRAIN,
     "soil": SOIL,
+    "zone": Many(ZONE),
     "blade": BLADE,
     "machine": MACHINE,
     "traction": TRACTION,

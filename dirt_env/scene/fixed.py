@@ -124,7 +124,7 @@ def lay_out(plan: Plan, pose: tuple[float, float, float] | str, rng: np.random.G
     soil = soil_above(height, target, plan.goal, grid.cell)
     at = _pose(plan, pose, height, target, rng)
     solid = None if plan.solid is None else plan.solid.copy()
-    return Layout(height, target, plan.start.copy(), plan.goal.copy(), design, solid, at, datum, soil)
+    return Layout(height, target, plan.start.copy(), plan.goal.copy(), design, solid, at, datum, soil, ground.copy())
 
 
 def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:

@@ -20,6 +20,8 @@ class Layout(NamedTuple):
     pose: tuple[float, float, float]  # machine's x m, y m, heading rad
     datum: float  # elevation of height 0, m
     soil: float  # what is to be moved: soil above the target outside the goal, m3
+    ground: np.ndarray  # f8 [rows, cols] ground without the heaps, m over the datum: what is undisturbed
+    zone: np.ndarray | None = None  # i1 [rows, cols] which soil lies where, 0 the scene's own; None where all is that
 
 
 class Setting(NamedTuple):

@@ -178,7 +178,7 @@ def _build(draft: Draft, sampler: Sampler, setting: Setting, ground: Ground, rng
     start |= (height > target) & ~goal
     solid = solid_cells(draft.posts, grid)
     soil = soil_above(height, target, goal, grid.cell)
-    return Layout(height, target.copy(), start, goal, None, solid, draft.pose, datum, soil)
+    return Layout(height, target.copy(), start, goal, None, solid, draft.pose, datum, soil, target.copy())
 
 
 def _behind(sampler: Sampler, goal: np.ndarray, heaps: np.ndarray, radii: np.ndarray) -> np.ndarray:

@@ -14,7 +14,8 @@ from dirt_env.scene.fixed import Goal, Ground, Hollow, Start
 from dirt_env.scene.ground import Ridge
 from dirt_env.scene.layout import Layout, Setting
 from dirt_env.scene.obstacles import Obstacle, solid_cells
-from dirt_env.scene.regions import rasterize
+from dirt_env.scene.regions import Region, rasterize
+from dirt_env.scene.zone import zone_map
 
 Span = tuple[float, float]
 ATTEMPTS = 200
@@ -33,7 +34,9 @@ class Vary:
 
 
 class Parts(NamedTuple):
-    """What a scene has written down. `pose`: x m, y m, heading in degrees, or "behind", or "random"."""
+    """What a scene has written down. `pose`: x m, y m, heading in degrees, or "behind", or "random". `zones`: where
+    other soils lie.
+    """
 
     ground: Ground
     starts: tuple[Start, ...]
@@ -42,6 +45,7 @@ class Parts(NamedTuple):
     obstacles: tuple[Obstacle, ...]
     hollows: tuple[Hollow, ...]
     pose: tuple[float, float, float] | str
+    zones: tuple[Region, ...] = ()
 
 
 def lay_out(parts: Parts, vary: Vary, setting: Setting, rng: np.random.Generator) -> Layout:
@@ -80,6 +84,7 @@ def shifted(parts: Parts, vary: Vary, setting: Setting, ways) -> Parts:
         tuple(obstacle.moved(by) for obstacle in parts.obstacles),
         tuple(replace(hollow, region=hollow.region.moved(by)) for hollow in parts.hollows),
         pose,
+        tuple(zone.moved(by) for zone in parts.zones),
     )
 
 
@@ -92,6 +97,7 @@ def check(parts: Parts, vary: Vary, setting: Setting) -> None:
         named += [(f"goal[{i}]", goal.region) for i, goal in enumerate(moved.goals)]
         named += [(f"hollow[{i}]", hollow.region) for i, hollow in enumerate(moved.hollows)]
         named += [("design", moved.design.region)] if moved.design else []
+        named += [(f"zone[{i}]", zone) for i, zone in enumerate(moved.zones)]
         for key, region in named:
             rasterize(region, setting.grid, f"{key}.region, shifted as far as it may be,")
         solid_cells(moved.obstacles, setting.grid)
@@ -135,4 +141,4 @@ def _lay_out(parts: Parts, setting: Setting, rng: np.random.Generator) -> Layout
     )  # fmt: skip
     if parts.pose == "random" and not len(plan.free):
         raise ValueError(f'machine.pose is "random" and no cell has {setting.radius:.2f} m of free room about it')
-    return fixed.lay_out(plan, parts.pose, rng)
+    return fixed.lay_out(plan, parts.pose, rng)._replace(zone=zone_map(parts.zones, setting.grid))

@@ -4,18 +4,20 @@ from math import cos, inf, sin
 
 import numpy as np
 
+from dirt_env.sim.bank import bank_of
 from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, ground_between, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
-from dirt_env.sim.slump import at_rest, limits, relax, settle_window
+from dirt_env.sim.slump import at_rest, limits, relax, safe_bound, settle_window
 from dirt_env.sim.state import TALLY, World
 from dirt_env.sim.super_steps import is_settled, settle_long
 from dirt_env.sim.timestep import substeps
 from dirt_env.sim.traction import Pull, effort
 from dirt_env.sim.window import on_map, widen, within
+from dirt_env.sim.zones import Zones, extremes, slope_ahead, work_ahead
 
 METHODS = ("auto", "explicit", "super", "projection")
 FEW = 24  # sweeps after which `auto` goes on by super-steps
@@ -36,24 +38,32 @@ def stand(height, cell, pose, blade, machine):
 
 
 @kernel
-def measure_load(height, solid, pose, cell, soil, blade):
+def measure_load(height, solid, pose, cell, soil, blade, zones=None):
     """Write the soil ahead of the blade [m3] into the machine's record."""
-    plane = pose.z + pose.pitch * blade.reach
-    pose.load, _ = load_ahead(height, solid, blade_line(pose, blade), cell, soil.slope, plane, 1)
+    plane, line, slope = pose.z + pose.pitch * blade.reach, blade_line(pose, blade), soil.slope
+    if zones is not None:
+        slope = slope_ahead(zones, slope, line, cell, 1)
+    pose.load, _ = load_ahead(height, solid, line, cell, slope, plane, 1)
 
 
 @kernel
-def work_of_way(height, solid, pose, cell, soil, blade, way):
+def work_of_way(height, solid, pose, cell, soil, blade, way, zones=None):
     """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J].
 
     Going forward, that soil is the load, and goes into the machine's record.
     """
-    plane = pose.z + pose.pitch * blade.reach
+    plane, line, slope = pose.z + pose.pitch * blade.reach, blade_line(pose, blade), soil.slope
     side = 1 if way > 0 else -1
-    load, pushed = load_ahead(height, solid, blade_line(pose, blade), cell, soil.slope, plane, side)
+    if zones is not None:
+        slope = slope_ahead(zones, slope, line, cell, side)
+    load, pushed = load_ahead(height, solid, line, cell, slope, plane, side)
     if side > 0:
         pose.load = load
-    return push_work(load, soil.density, soil.friction, way) if pushed else 0.0
+    if not pushed:
+        return 0.0
+    if zones is not None:
+        return work_ahead(zones, load, soil.density, soil.friction, way)
+    return push_work(load, soil.density, soil.friction, way)
 
 
 @kernel
@@ -72,7 +82,10 @@ def graded_edge(target, pose, cell, blade, machine, asked):
 
 
 @kernel
-def move_soil(height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals):
+def move_soil(
+    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals,
+    zones=None, bank=None,
+):  # fmt: skip
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
     `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps, of which there are at most
@@ -83,7 +96,12 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
     touches = highest(height, box) > lowest
     if touches:
         _, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
-        moved = scrape(height, solid, outside, old, new, cell, lock, totals)
+        if zones is not None:
+            low, high = extremes(zones.soils)
+            _, settled, _ = limits(height, quantum, cell, low, soil.tolerance)
+            _, steepest, _ = limits(height, quantum, cell, high, soil.tolerance)
+            settled = safe_bound(settled, steepest)
+        moved = scrape(height, solid, outside, old, new, cell, lock, totals, bank)
         grown = 1 if moved else 0  # soil is put down in cells next to those that gave it
         box = (box[0] - grown, box[1] + grown, box[2] - grown, box[3] + grown)
         r0, r1, c0, c1 = on_map(box, *height.shape)
@@ -96,7 +114,7 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
         return touches
     sweeps, lost = relax(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches,
-        soil.max_sweeps - int(totals[3]),
+        soil.max_sweeps - int(totals[3]), zones, bank,
     )  # fmt: skip
     totals[1] += lost
     totals[3] += sweeps
@@ -106,7 +124,7 @@ def move_soil(height, solid, outside, buffers, links, levels, changed, pending, 
 @kernel
 def step(
     height, solid, outside, pose, tally, buffers, links, levels, changed, pending, quantum,
-    grid, soil, blade, machine, command, dt, pull=None, target=None,
+    grid, soil, blade, machine, command, dt, pull=None, target=None, zones=None, bank=None,
 ):  # fmt: skip
     """One control step in place; see `advance`. With a target[row, col] [m] its edge is under grade control."""
     rows, cols = height.shape
@@ -120,7 +138,9 @@ def step(
     for _ in range(pieces):
         forward, turn = command.speed * period, command.yaw_rate * period
         if pull is not None:
-            share, force, power, slipped = effort(height, solid, pose, cell, soil, blade, pull, command.speed)
+            share, force, power, slipped = effort(
+                height, solid, pose, cell, soil, blade, machine, pull, command.speed, zones
+            )
             forward, turn = share * forward, share * turn
             energy += power * period
             draft += force / pieces
@@ -136,19 +156,20 @@ def step(
         pose.edge += min(max(edge - pose.edge, -largest), largest)
         new = blade_line(pose, blade)
         touches = move_soil(
-            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals
-        )
+            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals,
+            zones, bank,
+        )  # fmt: skip
         weigh = touches and went != 0.0
         if pull is not None:
             work += force * abs(went)
         elif weigh:
-            work += work_of_way(height, solid, pose, cell, soil, blade, went)
+            work += work_of_way(height, solid, pose, cell, soil, blade, went, zones)
             measured = went > 0.0
         else:
             measured = False
         old = new
     if not measured:
-        measure_load(height, solid, pose, cell, soil, blade)
+        measure_load(height, solid, pose, cell, soil, blade, zones)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
     tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2
@@ -169,14 +190,17 @@ def advance(
     command: Command,
     dt: float,
     pull: Pull | None = None,
+    zones: Zones | None = None,
 ) -> None:
     """Advance a world by one control step of `dt` seconds, in place; `world.tally` then holds what it did.
 
-    With `pull`, draft and traction decide how fast the machine goes; without, it does what the command says.
+    With `pull`, draft and traction decide how fast the machine goes; without, it does what the command says. With
+    `zones`, the soil differs from place to place.
     """
     step(
         world.height, world.solid, world.outside, world.machine[0], world.tally[0], world.buffers, world.links,
         world.link_levels, world.changed, world.pending, world.quantum, grid, soil, blade, machine, command, dt, pull,
+        None, zones, bank_of(world.bank, world.natural, soil.swell),
     )  # fmt: skip
 
 
@@ -188,14 +212,15 @@ def fits(world: World, grid: Grid, blade: Blade, machine: Machine, x: float, y: 
 
 @entry
 def set_down(
-    world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
-) -> None:
+    world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float,
+    zones: Zones | None = None,
+) -> None:  # fmt: skip
     """Put the machine there at rest, with its blade at travel height."""
     pose = world.machine[0]
     pose.x, pose.y, pose.heading, pose.edge = x, y, wrap(heading), machine.lift
     pose.speed = pose.yaw_rate = 0.0
     stand(world.height, grid.cell, pose, blade, machine)
-    measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
+    measure_load(world.height, world.solid, pose, grid.cell, soil, blade, zones)
 
 
 @entry
@@ -209,8 +234,9 @@ def let_go(world: World, grid: Grid, blade: Blade) -> None:
 
 
 def place(
-    world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float
-) -> None:
+    world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, x: float, y: float, heading: float,
+    zones: Zones | None = None,
+) -> None:  # fmt: skip
     """Put the machine at (x, y) [m] with that heading [rad], at rest, its blade at travel height.
 
     What leans on the blade where it was slumps in the next step. Raises ValueError where it cannot stand: outside the
@@ -224,22 +250,27 @@ def place(
         )
     if isinstance(world, World):  # constraints of a blade in cells last as long as they last
         let_go(world, grid, blade)
-    set_down(world, grid, soil, blade, machine, float(x), float(y), float(heading))
+    set_down(world, grid, soil, blade, machine, float(x), float(y), float(heading), zones)
     world.tally[:] = np.zeros(1, TALLY)
 
 
-def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
+def settle(world: World, grid: Grid, soil: Soil, method: str = "auto", zones: Zones | None = None) -> int:
     """Relax the whole ground to the angle of repose; returns the sweeps (stages, iterations) it took.
 
     `method`: "explicit", sweep by sweep; "super", by super-steps (`super_steps`); "auto", super-steps where few sweeps
     do not do; "projection", all soil at once (`projection`), which is another physics and therefore never chosen for
-    you. docs/physics.md says which to take. Raises ValueError for another method, and for a projection of a site with
-    solid cells or an open border.
+    you. docs/physics.md says which to take. Where soils differ, or the undisturbed soil is told apart from the loose,
+    "auto" goes sweep by sweep too. Raises ValueError for another method, for a projection of a site with solid cells or
+    an open border, and for both other methods where soils differ or swell.
     """
     if method not in METHODS:
         raise ValueError(f"method is {method!r}; allowed: {', '.join(METHODS)}")
     if method == "projection" and (world.solid is not None or world.outside is not None):
         raise ValueError("method is 'projection' on a site with solid cells or an open border; allowed: walls only")
+    if zones is not None or world.bank is not None:
+        if method not in ("auto", "explicit"):
+            raise ValueError(f"method is {method!r} where soils differ or swell; allowed: auto, explicit")
+        method = "explicit"
     world.pending[:] = (0, grid.rows, 0, grid.cols)
     away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     total, elapsed = 0, 0.0
@@ -252,5 +283,5 @@ def settle(world: World, grid: Grid, soil: Soil, method: str = "auto") -> int:
     while world.pending[1] > world.pending[0] and total < most and method != "explicit":
         total += settle_long(world, grid, soil, elapsed)
     while world.pending[1] > world.pending[0]:
-        total += settle_window(world, grid, soil, away)
+        total += settle_window(world, grid, soil, away, zones)
     return total

@@ -3,6 +3,7 @@
 from math import cos, floor, sin
 from typing import NamedTuple
 
+from dirt_env.sim.bank import growth
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
@@ -205,12 +206,12 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
 
 
 @kernel
-def scrape(height, solid, outside, old, new, cell, lock, totals):
+def scrape(height, solid, outside, old, new, cell, lock, totals, bank=None):
     """Cut and carry: every cell whose centre the blade crosses on its way from `old` to `new` gives min(h, top) - edge.
 
     The soil goes to the side the blade moves to, so that back-blading works. Adds to `totals` the heights [m of one
-    cell] moved, lost over an open border, and left where they were because nothing there could take them. Returns
-    whether any moved.
+    cell] moved, lost over an open border, and left where they were because nothing there could take them. Bank soil has
+    swollen when it is put down. Returns whether any moved.
     """
     rows, cols = height.shape
     moved = False
@@ -232,11 +233,16 @@ def scrape(height, solid, outside, old, new, cell, lock, totals):
             if amount <= 0 or edge < -EXACT * lock:
                 continue
             side = 1 if ahead_0 > 0 else -1
-            gone = deposit(height, solid, outside, new, cell, lock, side, r, c, amount)
+            more = real(0.0)
+            if bank is not None:
+                more = growth(bank, r, c, height[r, c] - amount, lock)
+            gone = deposit(height, solid, outside, new, cell, lock, side, r, c, amount + more)
             if gone < 0:
                 totals[2] += amount
                 continue
             height[r, c] -= amount
+            if bank is not None:
+                bank.now[r, c] = min(bank.now[r, c], height[r, c])
             totals[0] += amount
             totals[1] += gone
             moved = True

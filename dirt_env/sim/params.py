@@ -6,6 +6,8 @@ Everything here is plain numbers, checked once by `dirt_env.config`; the kernels
 from math import radians, tan
 from typing import NamedTuple
 
+import numpy as np
+
 
 class Grid(NamedTuple):
     """The site's raster: `rows` x `cols` square cells of `cell` metres; row 0 is the southern edge."""
@@ -20,7 +22,8 @@ class Soil(NamedTuple):
 
     `slope` is the tangent of the angle of repose, `density` the loose bulk density [kg/m3], `friction` the
     coefficient of soil sliding on soil. `tolerance`: ground counts as settled where it is steeper than repose by at
-    most this share. `max_sweeps` bounds the relaxation in one control step; the rest goes on in the next.
+    most this share. `max_sweeps` bounds the relaxation in one control step; the rest goes on in the next. `swell`: by
+    which share of its volume undisturbed soil grows as it is loosened; 0 leaves all soil loose from the start.
     """
 
     slope: float = tan(radians(35.0))
@@ -28,6 +31,7 @@ class Soil(NamedTuple):
     friction: float = tan(radians(35.0))
     tolerance: float = 4e-3
     max_sweeps: int = 2000
+    swell: float = 0.0
 
 
 class Blade(NamedTuple):
@@ -90,3 +94,10 @@ class Command(NamedTuple):
     speed: float
     yaw_rate: float
     edge: float
+
+
+def record_of(kind: type) -> np.dtype:
+    """Record with the numbers among the fields of a NamedTuple, under the same names."""
+    codes = {float: "f8", int: "i8"}
+    fields = [(name, codes[field]) for name, field in kind.__annotations__.items() if field in codes]
+    return np.dtype((np.record, fields))

@@ -1,7 +1,10 @@
 """Relaxation of the ground to the angle of repose, on an exact active window (see `window` for its layout)."""
 
+from math import sqrt
+
 import numpy as np
 
+from dirt_env.sim.bank import bank_of, loosen
 from dirt_env.sim.blade import Line, blocked_links
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, link_excess, quantise, slump_share
@@ -15,6 +18,8 @@ from dirt_env.sim.window import (
     OPEN_X,
     OPEN_Y,
     RATE_Y,
+    SETTLED,
+    THRESHOLD,
     clear,
     drain,
     moving_box,
@@ -26,6 +31,7 @@ from dirt_env.sim.window import (
     widen,
     window_around,
 )
+from dirt_env.sim.zones import Zones
 
 MARGIN = 2  # cells around the active ones that are packed with them; no fewer, so that the outer two stand still
 PATIENCE = 24  # sweeps between two looks whether a smaller window would do
@@ -63,11 +69,38 @@ def at_rest(height, box, settled):
 
 
 @kernel
-def fluxes(buffers, stride, start, stop, threshold, settled, lock):
+def pack_limits(zones, buffers, stride, window, height, quantum, cell, tolerance):
+    """Write T and what counts as settled for the soil of every cell of the window; beyond the map for the nearest."""
+    rows, cols = height.shape
+    r0, r1, c0, c1 = window
+    for r in range(r0, r1):
+        for c in range(c0, c1):
+            index = zones.index[min(max(r, 0), rows - 1), min(max(c, 0), cols - 1)]
+            threshold, settled, _ = limits(height, quantum, cell, zones.soils[index].slope, tolerance)
+            p = (r - r0 + 1) * stride + c - c0
+            buffers[THRESHOLD, p], buffers[SETTLED, p] = threshold, settled
+
+
+@kernel
+def safe_bound(settled, steepest):
+    """The bound for `at_rest` where links may be settled up to anything from `settled` to the `steepest` [m].
+
+    With differences of at most c looked at, and those across unseen at most `steepest`, |grad|**2 is at most
+    c**2 + (steepest + c)**2 / 4; c is the largest for which that is settled**2, and 0.6 settled where both are equal.
+    """
+    if steepest == settled:
+        return settled
+    c = (sqrt(max(5.0 * settled * settled - steepest * steepest, 0.0)) - 0.5 * steepest) / 2.5
+    return type(settled)(max(c, 0.0) / 0.6)
+
+
+@kernel
+def fluxes(buffers, stride, start, stop, threshold, settled, lock, zones=None):
     """F = a drop (1 - (T / |grad|)**2) over the links [start, stop), rounded. Returns how many cells' links move soil.
 
     The difference over a closed link is 0, as a mirror there would have it. Unsigned indices need no test for the sign
-    that Python's allow; with them the loop becomes one run of vector instructions.
+    that Python's allow; with them the loop becomes one run of vector instructions. Between two soils a slope stands as
+    the weaker of them does.
     """
     ground, open_x, open_y, rate_y = buffers[GROUND], buffers[OPEN_X], buffers[OPEN_Y], buffers[RATE_Y]
     flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
@@ -87,21 +120,30 @@ def fluxes(buffers, stride, start, stop, threshold, settled, lock):
         y_below_right = open_y[p - row + one] * (right - ground[p - row + one])
         across_x = quarter * ((y + y_right) + (y_below + y_below_right))
         across_y = quarter * ((x + x_above) + (x_left + x_above_left))
-        flow_x = quantise(rate * x * slump_share(x, across_x, threshold, settled), lock)
-        flow_y = quantise(rate_y[p] * y * slump_share(y, across_y, threshold, settled), lock)
+        threshold_x = threshold_y = threshold
+        settled_x = settled_y = settled
+        if zones is not None:
+            low, calm = buffers[THRESHOLD], buffers[SETTLED]
+            threshold_x, threshold_y = min(low[p], low[p + one]), min(low[p], low[p + row])
+            settled_x, settled_y = min(calm[p], calm[p + one]), min(calm[p], calm[p + row])
+        flow_x = quantise(rate * x * slump_share(x, across_x, threshold_x, settled_x), lock)
+        flow_y = quantise(rate_y[p] * y * slump_share(y, across_y, threshold_y, settled_y), lock)
         flux_x[p], flux_y[p] = flow_x, flow_y
         count += (flow_x != nothing) | (flow_y != nothing)
     return count
 
 
 @kernel
-def link_fluxes(buffers, links, levels, count, threshold, settled, lock):
+def link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones=None):
     """The same over the links that the blade closes; returns how many of them move soil."""
     ground = buffers[GROUND]
     rate, nothing = ground.dtype.type(RATE), ground.dtype.type(0.0)
     moving = 0
     for k in range(count):
         p, q, along_x = links[k, 0], links[k, 1], links[k, 2]
+        if zones is not None:
+            threshold = min(buffers[THRESHOLD, p], buffers[THRESHOLD, q])
+            settled = min(buffers[SETTLED, p], buffers[SETTLED, q])
         high, low = max(ground[p], ground[q]), min(ground[p], ground[q])
         excess = link_excess(high, low, levels[k, 0], levels[k, 1], threshold)
         flow = quantise(rate * excess, lock) if excess > settled - threshold else nothing
@@ -125,11 +167,11 @@ def divergence(buffers, stride, start, stop):
 
 
 @kernel
-def sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock):
+def sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock, zones=None):
     """One explicit step of the window's links [start, stop); returns how many places moved soil."""
-    moving = fluxes(buffers, stride, start, stop, threshold, settled, lock)
+    moving = fluxes(buffers, stride, start, stop, threshold, settled, lock, zones)
     if count > 0:
-        moving += link_fluxes(buffers, links, levels, count, threshold, settled, lock)
+        moving += link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones)
     if moving > 0:
         divergence(buffers, stride, start, stop)
     return moving
@@ -137,12 +179,14 @@ def sweep(buffers, stride, start, stop, links, levels, count, threshold, settled
 
 @kernel
 def relax(
-    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low, most
+    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low, most,
+    zones=None, bank=None,
 ):  # fmt: skip
     """Let the ground slump until no face is steeper than repose (within the tolerance), by at most `most` sweeps.
 
     `pending` is the window where the ground may be unsettled; what is left of it stays there. `line` is the blade, a
-    barrier where `blade_low`. Returns (sweeps, height lost over an open border [m of one cell]).
+    barrier where `blade_low`. Bank soil that slumps away loosens where it was (see `bank`). Returns (sweeps, height
+    lost over an open border [m of one cell]).
     """
     rows, cols = height.shape
     border = 0 if outside is None else 1
@@ -154,6 +198,8 @@ def relax(
         margin = MARGIN + max(pending[1] - pending[0], pending[3] - pending[2]) // 16
         window = window_around(pending, margin, rows, cols, border)
         stride = pack(height, solid, outside, buffers, window, border)
+        if zones is not None:
+            pack_limits(zones, buffers, stride, window, height, quantum, cell, soil.tolerance)
         first, last = swept_rows(window, rows, border)
         start = (first + 1) * stride
         stop = start + ((last - first) * stride + LANES - 1) // LANES * LANES
@@ -163,7 +209,7 @@ def relax(
         since = 0
         moving = 1
         while moving > 0 and sweeps < most:
-            moving = sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock)
+            moving = sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock, zones)
             sweeps += 1
             since += 1
             if moving == 0:
@@ -183,15 +229,22 @@ def relax(
             pending[0], pending[1], pending[2], pending[3] = on_map(pending, rows, cols)
         else:
             clear(pending)
+        if bank is not None:
+            r0, r1, c0, c1 = on_map(window, rows, cols)
+            box = np.empty(4, np.int64)
+            if loosen(height, bank, r0, r1, c0, c1, lock, box):
+                widen(pending, box[0], box[1], box[2], box[3])
+                widen(changed, box[0], box[1], box[2], box[3])
     return sweeps, lost
 
 
 @entry
-def settle_window(world: World, grid: Grid, soil: Soil, line: Line) -> int:
+def settle_window(world: World, grid: Grid, soil: Soil, line: Line, zones: Zones | None = None) -> int:
     """Relax what is pending of a world whose blade is up; returns the sweeps it took."""
     sweeps, lost = relax(
         world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
         world.pending, grid.cell, soil, world.quantum, line, False, soil.max_sweeps,
+        zones, bank_of(world.bank, world.natural, soil.swell),
     )  # fmt: skip
     world.tally[0].lost += lost * grid.cell**2
     return sweeps

@@ -32,7 +32,7 @@ TALLY = np.dtype(
 GROWTH = 8.0  # m
 GROWTH_CELLS = 2000.0  # and no more cells than this, start included
 MANTISSA = 24  # bits of a float32 significand: heights are multiples of a quantum below 2**24 of them
-BUFFERS = 6  # rows of the packed window, named in `window`
+BUFFERS = 8  # rows of the packed window, named in `window`
 WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold nothing between two steps
 
 
@@ -42,7 +42,9 @@ class World(NamedTuple):
     `height` f4[rows, cols] m over the local datum, multiples of `quantum`; `solid` bool[rows, cols] or None;
     `outside` f4[rows, cols], the ground beyond an open border (its rim counts), or None for a wall;
     `machine` POSE[1]; `tally` TALLY[1]; `changed` i8[4], the rows and columns [r0, r1) x [c0, c1) touched since a
-    reader last emptied it; `pending` i8[4], the window that has yet to settle; the rest is `work_space`.
+    reader last emptied it; `pending` i8[4], the window that has yet to settle; then the `work_space`. `bank` and
+    `natural` f4[rows, cols] m: the surface of the undisturbed soil now and at the start (see `bank`), or None where
+    all soil is loose.
     """
 
     height: np.ndarray
@@ -56,6 +58,8 @@ class World(NamedTuple):
     buffers: np.ndarray
     links: np.ndarray
     link_levels: np.ndarray
+    bank: np.ndarray | None = None
+    natural: np.ndarray | None = None
 
 
 def quantum_for(cell: float, relief: float) -> float:

@@ -7,8 +7,9 @@ from dirt_env.sim.blade import blade_frame, line_of, load_ahead
 from dirt_env.sim.draft import Cut, draft_force, earthmoving_factors
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import GRAVITY
-from dirt_env.sim.params import Blade, Machine, Soil, Strength, Traction
+from dirt_env.sim.params import Blade, Machine, Soil, Strength, Traction, record_of
 from dirt_env.sim.thrust import mobilised_share, slip_at
+from dirt_env.sim.zones import count_under, slope_ahead
 
 
 class Pull(NamedTuple):
@@ -36,6 +37,9 @@ class Pull(NamedTuple):
     power: float
 
 
+PULL = record_of(Pull)
+
+
 def pull_of(soil: Soil, strength: Strength, blade: Blade, machine: Machine, traction: Traction) -> Pull:
     """The constants of a soil, a blade and a machine; worked out once, so that no kernel looks for a failure plane."""
     ratio = strength.shear_deformation / machine.length
@@ -52,13 +56,16 @@ def pull_of(soil: Soil, strength: Strength, blade: Blade, machine: Machine, trac
 
 
 def cut_of(soil: Soil, strength: Strength, blade: Blade, rake: float) -> Cut:
-    """Constants of the draft of a blade with that `rake` [rad], from its N factors."""
+    """Constants of the draft of a blade with that `rake` [rad], from its N factors.
+
+    The wedge that it breaks out weighs as undisturbed soil does, the load as loose soil.
+    """
     n = earthmoving_factors(rake, strength.internal_friction, strength.external_friction)
     heavy, along = soil.density * GRAVITY, 1.0 / tan(rake)
     across = along + 1.0 / tan(n.plane)
     hold = n.pull * (strength.cohesion * n.cohesion + strength.adhesion * n.adhesion) + strength.adhesion * along
     return Cut(
-        weight=blade.width * heavy * n.weight * n.pull,
+        weight=blade.width * (1.0 + soil.swell) * heavy * n.weight * n.pull,
         hold=blade.width * hold,
         press=blade.width * heavy * n.surcharge / across * n.pull,
         slide=soil.friction * heavy,
@@ -93,31 +100,75 @@ def depth_ahead(height, solid, line, cell, plane, side):
 
 
 @kernel
-def effort(height, solid, pose, cell, soil, blade, pull, speed):
+def cut_at(pull):
+    """The Cut of a Pull."""
+    return Cut(pull.cut, pull.hold, pull.press, pull.slide, pull.top, pull.slope, pull.width)
+
+
+@kernel
+def mixed_draft(depth, load, pull, zones):
+    """Draft [N] of a blade across the soils in `zones.ahead`: that of each over its share of the width.
+
+    `pull` is that of the scene's soil.
+    """
+    base = draft_force(depth, load, cut_at(pull))
+    result = base
+    for k in range(1, len(zones.pulls)):
+        if zones.ahead[k] > 0.0:
+            result += zones.ahead[k] * (draft_force(depth, load, cut_at(zones.pulls[k])) - base)
+    return result
+
+
+@kernel
+def mixed_footing(pull, zones):
+    """(grip [N], tangent, full, ratio) of a Pull for tracks on the soils in `zones.under`: their means."""
+    grip, tangent, ratio = pull.grip, pull.tangent, pull.ratio
+    for k in range(1, len(zones.pulls)):
+        share, other = zones.under[k], zones.pulls[k]
+        grip += share * (other.grip - pull.grip)
+        tangent += share * (other.tangent - pull.tangent)
+        ratio += share * (other.ratio - pull.ratio)
+    full = pull.full
+    if ratio != pull.ratio:
+        full = mobilised_share(1.0 / ratio) if ratio > 0.0 else 1.0
+    return grip, tangent, full, ratio
+
+
+@kernel
+def effort(height, solid, pose, cell, soil, blade, machine, pull, speed, zones=None):
     """(share of the commanded `speed` [m/s] that is left, draft [N], power at the tracks [W], slip [-]) just now.
 
     The tracks have to give the draft, the rolling resistance and the weight's share on a slope. They run at the
     commanded speed, or at what the engine's power allows, and slip as the thrust asks for. Where the soil under them is
-    not strong enough for the thrust they spin on the spot: the machine has stalled.
+    not strong enough for the thrust they spin on the spot: the machine has stalled. With `zones`, both depend on the
+    soils along the blade and under the tracks.
     """
     if speed == 0.0:
         return 1.0, 0.0, 0.0, 0.0
     line = line_of(pose.x, pose.y, pose.heading, pose.z, pose.pitch, pose.roll, pose.edge, blade)
     plane = pose.z + pose.pitch * blade.reach
     side = 1 if speed > 0.0 else -1
-    load, pushed = load_ahead(height, solid, line, cell, soil.slope, plane, side)
+    slope = soil.slope
+    grip, tangent, full, ratio = pull.grip, pull.tangent, pull.full, pull.ratio
+    if zones is not None:
+        slope = slope_ahead(zones, slope, line, cell, side)
+        count_under(zones, cell, pose, machine)
+        grip, tangent, full, ratio = mixed_footing(pull, zones)
+    load, pushed = load_ahead(height, solid, line, cell, slope, plane, side)
     depth = depth_ahead(height, solid, line, cell, plane, side)
-    cut = Cut(pull.cut, pull.hold, pull.press, pull.slide, pull.top, pull.slope, pull.width)
-    draft = draft_force(depth, load if pushed else 0.0, cut)
+    if zones is not None:
+        draft = mixed_draft(depth, load if pushed else 0.0, pull, zones)
+    else:
+        draft = draft_force(depth, load if pushed else 0.0, cut_at(pull))
     rise = side * pose.pitch
     level = 1.0 / sqrt(1.0 + rise * rise)
     resistance = (pull.rolling + rise) * pull.weight * level
-    strength = pull.grip + pull.tangent * pull.weight * level
-    thrust, limit = draft + resistance, strength * pull.full
+    strength = grip + tangent * pull.weight * level
+    thrust, limit = draft + resistance, strength * full
     if thrust <= 0.0:  # downhill
         return 1.0, draft, 0.0, 0.0
     if thrust >= limit:
         return 0.0, max(limit - resistance, 0.0), min(limit * abs(speed), pull.power), 1.0
-    slip = slip_at(thrust / strength, pull.ratio)
+    slip = slip_at(thrust / strength, ratio)
     share = min(1.0, pull.power / (thrust * abs(speed)))
     return share * (1.0 - slip), draft, share * thrust * abs(speed), slip

@@ -11,6 +11,7 @@ from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import RATE
 
 GROUND, OPEN_X, OPEN_Y, RATE_Y, FLUX_X, FLUX_Y = range(6)
+THRESHOLD, SETTLED = 6, 7  # of each cell, where the angle of repose differs from cell to cell
 LANES = 8  # the loops of a sweep run over multiples of it, so that none of their work is left over as scalars
 
 

@@ -9,10 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dirt_env.sim.bank import bank_of
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.params import Blade, Grid, Machine, Soil
+from dirt_env.sim.params import Blade, Grid, Machine, Soil, record_of
 from dirt_env.sim.state import POSE, TALLY
-from dirt_env.sim.traction import Pull
+from dirt_env.sim.traction import PULL, Pull
+from dirt_env.sim.zones import SOILS, Zones
 from dirt_env.task.goal import Remaining, Sums, make_sums
 from dirt_env.task.job import Job
 from dirt_env.task.observation import POSE_ENTRIES, Noise, Sight, View
@@ -31,14 +33,6 @@ class Totals(NamedTuple):
     energy: float = 0.0
 
 
-def record_of(kind: type) -> np.dtype:
-    """Record with the numbers among the fields of a NamedTuple, under the same names."""
-    codes = {float: "f8", int: "i8"}
-    fields = [(name, codes[field]) for name, field in kind.__annotations__.items() if field in codes]
-    return np.dtype((np.record, fields))
-
-
-PULL = record_of(Pull)
 JOB_NUMBERS = tuple(name for name, kind in Job.__annotations__.items() if kind is float)
 COLUMNS = ("offset", "scale", "low", "high")  # of the pose table, the arrays of a View
 
@@ -47,7 +41,7 @@ COLUMNS = ("offset", "scale", "low", "high")  # of the pose table, the arrays of
 SCENE = np.dtype(
     (
         np.record,
-        [("soil", record_of(Soil)), ("blade", record_of(Blade)), ("machine", record_of(Machine))]
+        [("soil", SOILS), ("blade", record_of(Blade)), ("machine", record_of(Machine))]
         + [("eye", record_of(View)), ("columns", "f8", (len(COLUMNS), len(POSE_ENTRIES)))]
         + [(name, "f8") for name in ("cell", "period", "time", "success", "tolerance")]
         + [("weights", "f8", (len(TERMS),))],
@@ -65,7 +59,9 @@ class Batch(NamedTuple):
 
     The numbers of `job` are f8[n], `job.centers` is f8[n, most, 2], of which EPISODE.centers are in use.
     `sums` is that of the gauge; `channels` i8[c], the patch's, are those of all worlds. `pulls` PULL[n], or None where
-    traction is not computed; `grade` is the job's target where the blade is under grade control, else None.
+    traction is not computed; `grade` is the job's target where the blade is under grade control, else None. `bank` and
+    `natural` are None where no soil swells; `zone` i1[n, rows, cols] and its tables `soils` SOILS[n, k] and
+    `zone_pulls` PULL[n, k] where there is one soil only.
     """
 
     height: np.ndarray
@@ -82,6 +78,11 @@ class Batch(NamedTuple):
     channels: np.ndarray
     pulls: np.ndarray | None
     grade: np.ndarray | None
+    bank: np.ndarray | None
+    natural: np.ndarray | None
+    zone: np.ndarray | None
+    soils: np.ndarray | None
+    zone_pulls: np.ndarray | None
 
 
 class Scratch(NamedTuple):
@@ -101,8 +102,10 @@ def make_batch(
     channels: Sequence[int],
     traction: bool = False,
     grade_control: bool = False,
+    swell: bool = False,
+    soils: int = 1,
 ) -> Batch:
-    """Arrays for `count` worlds, all zero; what such worlds do not have is None."""
+    """Arrays for `count` worlds of so many `soils`, all zero; what such worlds do not have is None."""
     shape = count, rows, cols
     grounds = [np.zeros(shape, np.float32) for _ in range(4)]
     job = Job(
@@ -129,6 +132,11 @@ def make_batch(
         channels=np.array(channels),
         pulls=np.zeros(count, PULL) if traction else None,
         grade=job.target if grade_control else None,
+        bank=np.zeros(shape, np.float32) if swell else None,
+        natural=np.zeros(shape, np.float32) if swell else None,
+        zone=np.zeros(shape, np.int8) if soils > 1 else None,
+        soils=np.zeros((count, soils), SOILS) if soils > 1 else None,
+        zone_pulls=np.zeros((count, soils), PULL) if traction and soils > 1 else None,
     )
 
 
@@ -150,7 +158,7 @@ def grid_of(batch, scene):
 def soil_of(scene):
     """Soil of a SCENE record. By value: what is read through a record in a loop would be read again each time."""
     soil = scene.soil
-    return Soil(soil.slope, soil.density, soil.friction, soil.tolerance, soil.max_sweeps)
+    return Soil(soil.slope, soil.density, soil.friction, soil.tolerance, soil.max_sweeps, soil.swell)
 
 
 @kernel
@@ -178,6 +186,21 @@ def pull_at(pulls, w):
         p.cut, p.hold, p.press, p.slide, p.top, p.slope, p.width,
         p.weight, p.grip, p.tangent, p.full, p.ratio, p.rolling, p.power,
     )  # fmt: skip
+
+
+@kernel
+def zones_at(zone, soils, pulls, w):
+    """Zones of world w from a batch's arrays, or None where there is one soil only."""
+    if zone is None:
+        return None
+    count = soils.shape[1]
+    return Zones(zone[w], soils[w], at(pulls, w), np.zeros(count), np.zeros(count))
+
+
+@kernel
+def bank_at(batch, w):
+    """Bank of world w, or None where no soil swells."""
+    return bank_of(at(batch.bank, w), at(batch.natural, w), batch.scenes[w].soil.swell)
 
 
 @kernel

@@ -5,7 +5,7 @@ import numpy as np
 from dirt_env.sim.advance import step
 from dirt_env.sim.jit import entry
 from dirt_env.sim.params import Command
-from dirt_env.task.batch import Batch, Scratch, at, blade_of, grid_of, machine_of, pull_at, soil_of
+from dirt_env.task.batch import Batch, Scratch, at, bank_at, blade_of, grid_of, machine_of, pull_at, soil_of, zones_at
 
 
 @entry
@@ -22,6 +22,7 @@ def drive_worlds(batch: Batch, scratch: Scratch, commands: np.ndarray, done: np.
                 scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
                 batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine_of(scene),
                 Command(command[0], command[1], command[2]), scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
+                zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
             )  # fmt: skip
             done[0] += batch.tally[w].cut
             done[1] += batch.tally[w].sweeps

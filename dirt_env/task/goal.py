@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dirt_env.sim.bank import Bank, bank_gain, bank_metres
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.task.job import Job
 from dirt_env.task.kinds import DESIGN, GOAL, OUTSIDE, STRAY
@@ -18,7 +19,8 @@ class Remaining(NamedTuple):
 
     `potential` [m4] is misplaced volume times the way it has to go; `misplaced` [m3] lies above the target outside the
     goal; `moved` [m3] has come to where it belongs; `stray` [m3] is the part of `misplaced` that lies outside the start
-    region too; `grade_error` [m] is the root mean square of height minus design, 0 in jobs without a design.
+    region too; `grade_error` [m] is the root mean square of height minus design, 0 in jobs without a design. Where soil
+    swells, volumes and potential are those of bank soil.
     """
 
     potential: float
@@ -56,13 +58,13 @@ class Gauge:
         self._cell = cell
         self._sums = make_sums(*job.target.shape)
 
-    def measure(self, height: np.ndarray, changed: np.ndarray | None = None) -> Remaining:
+    def measure(self, height: np.ndarray, changed: np.ndarray | None = None, bank: Bank | None = None) -> Remaining:
         """What is still to move of height[rows, cols].
 
         `changed` are the bounds r0, r1, c0, c1 of the cells that differ from those of the last call; None is all.
         """
         bounds = _everything(height) if changed is None else changed
-        measure(height, self._job, self._cell, bounds, self._sums)
+        measure(height, self._job, self._cell, bounds, self._sums, bank)
         return Remaining(*self._sums.result.tolist())
 
 
@@ -71,7 +73,7 @@ def _everything(height: np.ndarray) -> np.ndarray:
 
 
 @entry(forceinline=True)
-def measure(height, job: Job, cell, changed, sums: Sums):
+def measure(height, job: Job, cell, changed, sums: Sums, bank: Bank | None = None):
     """Add up the blocks of height[rows, cols] in which the cells changed[0]:changed[1], changed[2]:changed[3] lie.
 
     Fills `sums`; those of the other blocks have to be there from an earlier call.
@@ -79,14 +81,14 @@ def measure(height, job: Job, cell, changed, sums: Sums):
     if changed[0] < changed[1] and changed[2] < changed[3]:
         for b in range(changed[0] // SIDE, (changed[1] - 1) // SIDE + 1):
             for k in range(changed[2] // SIDE, (changed[3] - 1) // SIDE + 1):
-                _add_block(height, job.target, job.haul, job.kind, b * SIDE, k * SIDE, sums.blocks[b, k])
+                _add_block(height, job.target, job.haul, job.kind, b * SIDE, k * SIDE, sums.blocks[b, k], bank)
             _add_up(sums.blocks[b], sums.bands[b])
     _add_up(sums.bands, sums.total)
     _conclude(job, cell * cell, sums.total, sums.result)
 
 
 @kernel(forceinline=True)
-def _add_block(height, target, haul, kind, r0, c0, block):
+def _add_block(height, target, haul, kind, r0, c0, block, bank):
     """Fill block[SUMS] for the cells from row r0 and column c0 on; most of them are as they should be, and add nothing.
 
     The sums [m of one cell]: soil above the target times its way, that outside the goal, that which is stray; gain in
@@ -97,16 +99,21 @@ def _add_block(height, target, haul, kind, r0, c0, block):
     for r in range(r0, min(r0 + SIDE, rows)):
         for c in range(c0, min(c0 + SIDE, cols)):
             off = np.float64(height[r, c] - target[r, c])
-            if off == 0.0:
+            error = gained = off
+            if bank is not None:
+                share = 1.0 / (1.0 + bank.swell)
+                off = bank_metres(np.float64(height[r, c]), bank.now[r, c], target[r, c], share)
+                gained = bank_gain(np.float64(height[r, c]), bank.now[r, c], bank.natural[r, c], target[r, c], share)
+            elif off == 0.0:
                 continue
             if off > 0.0:
                 way += off * haul[r, c]
                 over += off if kind[r, c] & OUTSIDE else 0.0
                 stray += off if kind[r, c] & STRAY else 0.0
-            gain += off if kind[r, c] & GOAL else 0.0
+            gain += gained if kind[r, c] & GOAL else 0.0
             if kind[r, c] & DESIGN:
                 lack += max(-off, 0.0)
-                square += off * off
+                square += error * error
     block[0], block[1], block[2], block[3], block[4], block[5] = way, over, stray, gain, lack, square
 
 

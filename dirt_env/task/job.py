@@ -35,10 +35,11 @@ class Job(NamedTuple):
     limit: float
 
 
-def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: float) -> Job:
+def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: float, swell: float = 0.0) -> Job:
     """Job of a layout (see `dirt_env.scene.layout`) on ground[rows, cols], the settled start of the simulator [m].
 
-    `goal_depth` [m] is what the observation says is missing in the goal, `limit` [m] its bound elsewhere.
+    `goal_depth` [m] is what the observation says is missing in the goal, `limit` [m] its bound elsewhere. Where the
+    soil has a `swell`, `missing` and `soil` are m3 of bank soil.
     """
     shape = ground.shape
     none = np.zeros(shape, bool)
@@ -56,12 +57,19 @@ def make_job(ground: np.ndarray, layout, cell: float, goal_depth: float, limit: 
         kind=kind,
         centers=_centers(counts, wanted, welcome, design, cell),
         mean_haul=way / excess if excess > 0.0 else cell,
-        missing=missing * cell * cell,
-        soil=float(layout.soil),
+        missing=missing * cell * cell / (1.0 + swell),
+        soil=_bank_soil(layout, cell, swell) if swell > 0.0 else float(layout.soil),
         design_cells=0.0 if layout.design is None else max(design_cells, 1.0),
         goal_depth=float(goal_depth),
         limit=float(limit),
     )
+
+
+def _bank_soil(layout, cell: float, swell: float) -> float:
+    """The layout's soil to move as bank soil [m3]: heaps and layers are loose, what is to be dug is not."""
+    over = np.where(layout.goal, 0.0, np.maximum(layout.height - layout.target, 0.0))
+    undisturbed = np.clip(layout.ground - layout.target, 0.0, over)
+    return float((undisturbed + (over - undisturbed) / (1.0 + swell)).sum() * cell**2)
 
 
 def _centers(counts: tuple[int, int], wanted: np.ndarray, welcome: np.ndarray, design: np.ndarray, cell: float):

@@ -37,7 +37,8 @@ class ToDo(NamedTuple):
 def scale_of(start: Remaining, soil: Soil, volume: float, period: float, time: float) -> Scale:
     """Scales of an episode that starts with `start`, has `volume` m3 to move and control steps of `period` s."""
     potential = max(start.potential, 1e-9)
-    energy = max(soil.density * GRAVITY * soil.friction * potential, 1e-9)  # without friction nothing takes work
+    heavy = soil.density * (1.0 + soil.swell) * GRAVITY  # volumes are those of bank soil
+    energy = max(heavy * soil.friction * potential, 1e-9)  # without friction nothing takes work
     return Scale(potential, max(_deep(start), 1e-9), energy, time / period, max(volume, 1e-9))
 
 

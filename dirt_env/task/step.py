@@ -9,6 +9,7 @@ from dirt_env.task.batch import (
     Batch,
     Scratch,
     at,
+    bank_at,
     blade_of,
     grid_of,
     job_of,
@@ -18,6 +19,7 @@ from dirt_env.task.batch import (
     soil_of,
     sums_of,
     view_of,
+    zones_at,
 )
 from dirt_env.task.goal import measure
 from dirt_env.task.observation import Sight, observe
@@ -26,6 +28,7 @@ from dirt_env.task.reward import TERMS, Scale, ToDo, reward_terms
 INFO = (
     "share_in_goal",
     "volume_moved_m3",
+    "loose_moved_m3",
     "misplaced_m3",
     "spilled_m3",
     "lost_m3",
@@ -75,6 +78,7 @@ def step_worlds(
                 scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
                 batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
                 scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
+                zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
             )  # fmt: skip
             _book(batch, w, figures, w - base)
             _show(batch, w, sight, figures, w - base)
@@ -124,7 +128,7 @@ def _is_finished(batch, w):
 def _measure(batch, w):
     """Measure the job where the ground has changed, and whether it is done."""
     changed = batch.changed[w]
-    measure(batch.height[w], job_of(batch, w), batch.scenes[w].cell, changed, sums_of(batch, w))
+    measure(batch.height[w], job_of(batch, w), batch.scenes[w].cell, changed, sums_of(batch, w), bank_at(batch, w))
     changed[:] = 0
     batch.episodes[w].finished = _is_finished(batch, w)
 
@@ -142,11 +146,12 @@ def _book(batch, w, figures, column):
     totals.energy += tally.energy
     totals.distance += tally.distance
     totals.lost += tally.lost
+    lost = tally.lost / (1.0 + scene.soil.swell)
     terms = reward_terms(
         before,
         ToDo(left[0], left[1]),
         tally.energy,
-        tally.lost,
+        lost,
         episode.finished == 1 and was_finished == 0,
         Scale(scale.potential, scale.deep, scale.energy, scale.steps, scale.soil),
     )
@@ -169,14 +174,16 @@ def _draft(pulls, tally):
 def _show(batch, w, sight, figures, column):
     """Write the numbers of the info, in the order of INFO, and the observation."""
     scene, episode, tally, remaining = batch.scenes[w], batch.episodes[w], batch.tally[w], batch.sums.result[w]
-    totals = episode.totals
+    totals, loose = episode.totals, 1.0 + scene.soil.swell
+    lost = totals.lost / loose
     share, time = _share(batch, w), totals.steps * scene.period
     values = (
         share,
         remaining[2],
+        remaining[2] * loose,
         remaining[1],
-        max(0.0, remaining[3] - episode.start.stray) + totals.lost,
-        totals.lost,
+        max(0.0, remaining[3] - episode.start.stray) + lost,
+        lost,
         remaining[4],
         1e-3 * totals.work,
         totals.distance,

@@ -6,9 +6,12 @@ from math import cos, radians, sin, tan
 import numpy as np
 
 from dirt_env.sim.advance import move_soil, settle
+from dirt_env.sim.bank import bank_of
 from dirt_env.sim.blade import Line
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.state import make_world
+from dirt_env.sim.traction import PULL
+from dirt_env.sim.zones import SOILS, Zones
 
 SOIL = Soil()
 FINE = Soil(tolerance=1e-3)
@@ -32,6 +35,13 @@ def settled(height, cell=0.5, soil=SOIL, **others):
     return world, grid, settle(world, grid, soil)
 
 
+def zones_of(index, soils, pulls=None):
+    """Zones with these soils, and their pulls where traction is computed; soils[0] is the scene's."""
+    tables = np.array([tuple(soil) for soil in soils], SOILS)
+    forces = None if pulls is None else np.array([tuple(pull) for pull in pulls], PULL)
+    return Zones(np.asarray(index, np.int8), tables, forces, np.zeros(len(soils)), np.zeros(len(soils)))
+
+
 def line_at(x, y, heading, width=3.0, edge=0.0, height=1.0, roll=0.0):
     """A blade with its centre at (x, y)."""
     return Line(x, y, cos(heading), sin(heading), width / 2, edge, roll, height)
@@ -45,6 +55,7 @@ def sweep_blade(world, grid, lines, soil=SOIL):
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
             world.pending, grid.cell, soil, world.quantum, old, new, totals,
+            None, bank_of(world.bank, world.natural, soil.swell),
         )  # fmt: skip
         sweeps += totals[3]
     totals[3] = sweeps

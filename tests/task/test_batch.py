@@ -97,9 +97,12 @@ def test_a_job_is_a_view_of_the_arrays():
 
 @pytest.mark.parametrize("has", [True, False])
 def test_what_worlds_do_not_have_is_none(has):
-    batch = make_batch(2, 5, 6, walls=has, open_border=has, channels=(0, 1))
-    absent = [part is None for part in (batch.outside, batch.solid)]
-    assert absent == [not has] * 2
+    soils = 3 if has else 1
+    batch = make_batch(2, 5, 6, walls=has, open_border=has, channels=(0, 1), traction=has, swell=has, soils=soils)
+    names = ("outside", "solid", "pulls", "bank", "natural", "zone", "soils", "zone_pulls")
+    assert [getattr(batch, name) is None for name in names] == [not has] * len(names)
+    if has:
+        assert batch.soils.shape == batch.zone_pulls.shape == (2, 3)
 
 
 def test_a_batch_has_all_arrays_of_a_job_and_a_thread():

@@ -25,6 +25,7 @@ METRICS = {  # name: (unit, whether more is better)
     "volume_moved_m3": ("m3", True),
     "volume_distance_m4_per_min": ("m3 m/min", True),
     "m3_per_h": ("m3/h", True),
+    "loose_m3_per_h": ("m3/h", True),
     "spilled_m3": ("m3", False),
     "energy_kj_per_m3": ("kJ/m3", False),
     "distance_m": ("m", False),
@@ -163,6 +164,7 @@ def _work(env: DirtPushEnv, summary: Mapping[str, float]) -> dict[str, float | N
         "volume_moved_m3": moved,
         "volume_distance_m4_per_min": (episode.start.potential - episode.remaining.potential) / minutes,
         "m3_per_h": summary["m3_per_h"],
+        "loose_m3_per_h": summary["loose_m3_per_h"],
         "spilled_m3": summary["spilled_m3"],
         "energy_kj_per_m3": summary["energy_kj"] / moved if moved >= HARDLY else None,
     }
