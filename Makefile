@@ -5,7 +5,7 @@ unexport PYTHONHOME PYTHONPATH
 
 PYTHON ?=
 SCENE ?= heap
-POLICY ?= adaptive_push
+POLICY ?= adaptive_push,ppo
 EPISODES ?= 3
 SEED ?= 0
 OUT ?= runs/demo
