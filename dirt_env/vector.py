@@ -94,6 +94,7 @@ class DirtPushVectorEnv(VectorEnv):
         self.single_observation_space = self.envs[0].observation_space
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._begun = False
         self._ended = np.zeros(self.num_envs, bool)  # worlds whose last step was their episode's last
         self._kept = None if copy else self._worlds.blanks()
 
@@ -209,8 +210,10 @@ class DirtPushVectorEnv(VectorEnv):
 
     def _check_begun(self) -> None:
         """Raise ResetNeeded if a world has no episode, or one that is over and that nobody has reset."""
-        if None in self._worlds.layouts:
-            raise ResetNeeded("Cannot call env.step() before calling env.reset()")
+        if not self._begun:  # once all worlds have an episode, they always have one
+            if None in self._worlds.layouts:
+                raise ResetNeeded("Cannot call env.step() before calling env.reset()")
+            self._begun = True
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             worlds = ", ".join(map(str, np.flatnonzero(self._ended)))
             raise ResetNeeded(

@@ -23,6 +23,7 @@ from dirt_env.sim.window import (
     clear,
     drain,
     moving_box,
+    moving_range,
     on_map,
     pack,
     swept_rows,
@@ -96,7 +97,7 @@ def safe_bound(settled, steepest):
 
 @kernel
 def fluxes(buffers, stride, start, stop, threshold, settled, lock, zones=None):
-    """F = a drop (1 - (T / |grad|)**2) over the links [start, stop), rounded. Returns how many cells' links move soil.
+    """F = a drop (1 - (T / |grad|)**2) over the links [start, stop), rounded.
 
     The difference over a closed link is 0, as a mirror there would have it. Unsigned indices need no test for the sign
     that Python's allow; with them the loop becomes one run of vector instructions. Between two soils a slope stands as
@@ -105,9 +106,8 @@ def fluxes(buffers, stride, start, stop, threshold, settled, lock, zones=None):
     ground, open_x, open_y, rate_y = buffers[GROUND], buffers[OPEN_X], buffers[OPEN_Y], buffers[RATE_Y]
     flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
     real = ground.dtype.type
-    rate, quarter, nothing = real(RATE), real(0.25), real(0.0)
+    rate, quarter = real(RATE), real(0.25)
     one, row = np.uint64(1), np.uint64(stride)
-    count = 0
     for k in range(start, stop):
         p = np.uint64(k)
         here, right, above, beyond = ground[p], ground[p + one], ground[p + row], ground[p + row + one]
@@ -126,19 +126,15 @@ def fluxes(buffers, stride, start, stop, threshold, settled, lock, zones=None):
             low, calm = buffers[THRESHOLD], buffers[SETTLED]
             threshold_x, threshold_y = min(low[p], low[p + one]), min(low[p], low[p + row])
             settled_x, settled_y = min(calm[p], calm[p + one]), min(calm[p], calm[p + row])
-        flow_x = quantise(rate * x * slump_share(x, across_x, threshold_x, settled_x), lock)
-        flow_y = quantise(rate_y[p] * y * slump_share(y, across_y, threshold_y, settled_y), lock)
-        flux_x[p], flux_y[p] = flow_x, flow_y
-        count += (flow_x != nothing) | (flow_y != nothing)
-    return count
+        flux_x[p] = quantise(rate * x * slump_share(x, across_x, threshold_x, settled_x), lock)
+        flux_y[p] = quantise(rate_y[p] * y * slump_share(y, across_y, threshold_y, settled_y), lock)
 
 
 @kernel
 def link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones=None):
-    """The same over the links that the blade closes; returns how many of them move soil."""
+    """The same over the links that the blade closes."""
     ground = buffers[GROUND]
     rate, nothing = ground.dtype.type(RATE), ground.dtype.type(0.0)
-    moving = 0
     for k in range(count):
         p, q, along_x = links[k, 0], links[k, 1], links[k, 2]
         if zones is not None:
@@ -147,13 +143,11 @@ def link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones=N
         high, low = max(ground[p], ground[q]), min(ground[p], ground[q])
         excess = link_excess(high, low, levels[k, 0], levels[k, 1], threshold)
         flow = quantise(rate * excess, lock) if excess > settled - threshold else nothing
-        moving += flow != nothing
         flow = flow if ground[q] > ground[p] else -flow
         if along_x:
             buffers[FLUX_X, p] = flow
         else:
             buffers[FLUX_Y, p] = flow
-    return moving
 
 
 @kernel
@@ -167,14 +161,21 @@ def divergence(buffers, stride, start, stop):
 
 
 @kernel
-def sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock, zones=None):
-    """One explicit step of the window's links [start, stop); returns how many places moved soil."""
-    moving = fluxes(buffers, stride, start, stop, threshold, settled, lock, zones)
+def sweep(buffers, stride, start, stop, moving, links, levels, count, threshold, settled, lock, zones=None):
+    """One explicit step of the window's links [start, stop); `moving` is the `moving_range` of the one before it.
+
+    Returns that of this step. A gradient is taken over cells up to a row and one away, so links farther than that from
+    what the last step moved carry what they carried in it, which is nothing.
+    """
+    near = start + max(moving[0] - stride - 1 - start, 0) // LANES * LANES
+    far = min(start + (moving[1] + 2 * stride - start + LANES - 1) // LANES * LANES, stop)
+    fluxes(buffers, stride, near, far, threshold, settled, lock, zones)
     if count > 0:
-        moving += link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones)
-    if moving > 0:
-        divergence(buffers, stride, start, stop)
-    return moving
+        link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones)
+    first, last = moving_range(buffers, near, far)
+    if last > first:
+        divergence(buffers, stride, first, min(first + (last + stride - first + LANES - 1) // LANES * LANES, stop))
+    return first, last
 
 
 @kernel
@@ -207,24 +208,23 @@ def relax(
         if blade_low:
             count = blocked_links(line, cell, window, stride, start, stop, buffers, links, levels)
         since = 0
-        moving = 1
-        while moving > 0 and sweeps < most:
-            moving = sweep(buffers, stride, start, stop, links, levels, count, threshold, settled, lock, zones)
+        moving = start, stop
+        while moving[1] > moving[0] and sweeps < most:
+            moving = sweep(buffers, stride, start, stop, moving, links, levels, count, threshold, settled, lock, zones)
             sweeps += 1
             since += 1
-            if moving == 0:
+            if moving[1] <= moving[0]:
                 break
             if outside is not None:
                 lost += drain(outside, buffers, stride, window, rows, cols)
-            if since >= margin - 1 and touches_ring(buffers, stride, window, largest):
+                moving = start, stop  # what was drained moves links too
+            if since >= margin - 1 and touches_ring(buffers, stride, window, moving, largest):
                 break
             if since == PATIENCE:
                 break
-        if since > 1 or moving > 0:
-            unpack(height, buffers, stride, window)
-            r0, r1, c0, c1 = on_map(window, rows, cols)
-            widen(changed, r0, r1, c0, c1)
-        if moving > 0:
+        if since > 1 or moving[1] > moving[0]:
+            unpack(height, buffers, stride, window, changed)
+        if moving[1] > moving[0]:
             moving_box(buffers, stride, window, pending)
             pending[0], pending[1], pending[2], pending[3] = on_map(pending, rows, cols)
         else:

@@ -193,17 +193,41 @@ def pack(height, solid, outside, buffers, window, border):
 
 
 @kernel
-def unpack(height, buffers, stride, window):
-    """Copy the window's ground back onto the map."""
+def unpack(height, buffers, stride, window, changed):
+    """Copy the window's ground back onto the map, and widen `changed` by the cells that this alters."""
     rows, cols = height.shape
     r0, r1, c0, c1 = window
     ground = buffers[GROUND]
     first, count = max(c0, 0), min(c1, cols) - max(c0, 0)
     for r in range(max(r0, 0), min(r1, rows)):
         line, base = height[r], np.uint64((r - r0 + 1) * stride + first - c0)
+        altered = 0
         for k in range(count):
             j = np.uint64(k)
+            altered += line[np.uint64(first) + j] != ground[base + j]
+        if altered == 0:
+            continue
+        left, right = 0, count - 1
+        while line[np.uint64(first + left)] == ground[base + np.uint64(left)]:
+            left += 1
+        while line[np.uint64(first + right)] == ground[base + np.uint64(right)]:
+            right -= 1
+        for k in range(left, right + 1):
+            j = np.uint64(k)
             line[np.uint64(first) + j] = ground[base + j]
+        widen(changed, r, r + 1, first + left, first + right + 1)
+
+
+@kernel
+def moving_range(buffers, start, stop):
+    """(first, last + 1) of the places in [start, stop) of links that moved soil; (stop, stop) if none did."""
+    flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
+    first, last = start, stop
+    while first < stop and flux_x[np.uint64(first)] == 0 and flux_y[np.uint64(first)] == 0:
+        first += 1
+    while last > first and flux_x[np.uint64(last - 1)] == 0 and flux_y[np.uint64(last - 1)] == 0:
+        last -= 1
+    return first, last
 
 
 @kernel
@@ -223,26 +247,37 @@ def moving_box(buffers, stride, window, box):
 
 
 @kernel
-def touches_ring(buffers, stride, window, limits_):
+def touches_ring(buffers, stride, window, moving, limits_):
     """Whether soil moved in one of the outer two rows or columns of a window that does not end there at the map's edge.
 
-    `limits_`: the window's largest extent.
+    `moving`: the `moving_range`; `limits_`: the window's largest extent. Every link of a line is looked at, because
+    loops without a way out run on vectors.
     """
     r0, r1, c0, c1 = window
-    flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
     tall, wide = r1 - r0, c1 - c0
+    found = 0
+    if r0 > limits_[0] and moving[0] < 3 * stride:
+        found += count_moving(buffers, 2 * stride, wide, 1, stride)
+    if r1 < limits_[1] and moving[1] > (tall - 2) * stride:
+        found += count_moving(buffers, (tall - 1) * stride, wide, 1, stride)
+    low, high = max(moving[0] // stride, 1), min((moving[1] - 1) // stride, tall)
     for side in range(2):
-        inner = (r0 > limits_[0]) if side == 0 else (r1 < limits_[1])
-        if inner:
-            line = (2 if side == 0 else tall - 1) * stride  # the second row from that side
-            for p in range(line, line + wide):
-                if flux_x[p] != 0 or flux_y[p] != 0 or flux_y[p - stride] != 0:
-                    return True
-    for side in range(2):
-        inner = (c0 > limits_[2]) if side == 0 else (c1 < limits_[3])
-        if inner:
-            first = stride + (1 if side == 0 else wide - 2)
-            for p in range(first, first + tall * stride, stride):
-                if flux_y[p] != 0 or flux_x[p] != 0 or flux_x[p - 1] != 0:
-                    return True
-    return False
+        if (c0 > limits_[2]) if side == 0 else (c1 < limits_[3]):
+            column = 1 if side == 0 else wide - 2
+            found += count_moving(buffers, low * stride + column, high - low + 1, stride, 1)
+    return found > 0
+
+
+@kernel(forceinline=True)
+def count_moving(buffers, first, n, along, across):
+    """How many of n cells from place `first` on have soil moving to the side of higher places or across the line.
+
+    The line's places are `along` apart; `across` leads from the line before it to this one.
+    """
+    flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
+    before = flux_y if across > 1 else flux_x
+    count = 0
+    for k in range(n):
+        p = np.uint64(first + k * along)
+        count += (flux_x[p] != 0) | (flux_y[p] != 0) | (before[p - np.uint64(across)] != 0)
+    return count

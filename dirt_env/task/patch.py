@@ -1,8 +1,8 @@
 """The patch of ground around the machine: to each pixel of a turned square its cell, without a test for each pixel.
 
-A row of pixels is a straight line over the site. Where both of its ends lie inside, all of it does; else the pixels
-inside are one run, found from its ends. Cells are numbered, fetched and clipped in plain loops of their own; until it
-is filled itself, the last channel holds the numbers.
+Cells are numbered, fetched and clipped in plain loops of their own; until it is filled itself, the last channel holds
+the numbers. A pixel outside the site is treated as the nearest cell's and painted over at the end, where there are any:
+a row of pixels is a straight line over the site, and those of it inside are one run, found from its ends.
 """
 
 from math import cos, sin
@@ -10,12 +10,10 @@ from math import cos, sin
 import numpy as np
 
 from dirt_env.sim.jit import kernel
-from dirt_env.task.kinds import HUGE, SOLID, least_todo, todo
+from dirt_env.task.kinds import SOLID, least_todo, todo
 
 HEIGHT, TODO, WALLS = range(3)
 CHANNELS = ("height", "todo", "walls")
-NONE = -1  # number of the cell under a pixel outside the site
-BEYOND = HUGE  # [m] height that stands for the ground outside the site until it is clipped
 
 
 @kernel(forceinline=True)
@@ -25,16 +23,20 @@ def fill_patch(height, job, pose, cell, view, patch):
     A pixel shows the cell that its centre lies in; on a line between two cells that is the eastern or northern one.
     """
     channels, ground = view.channels, pose.z
+    rows, cols = height.shape
+    size, step = patch.shape[1], view.resolution / cell
+    east, north = cos(pose.heading) * step, sin(pose.heading) * step
+    x, y, ahead, left = pose.x / cell, pose.y / cell, view.ahead * size - 0.5, 0.5 * size - 0.5
     number = patch[-1].view(np.int32)
-    _number_cells(
-        height.shape[0], height.shape[1], pose.x, pose.y, pose.heading, cell, view.resolution, view.ahead, number
-    )
+    for i in range(size):
+        x0, y0 = _row_start(x, y, ahead, left, east, north, i)
+        _number_row(x0, north, y0, east, rows, cols, number, i)
     numbers, heights, aims, kinds = number.ravel(), height.ravel(), job.aim.ravel(), job.kind.ravel()
     for k in range(len(channels)):
         pixels = patch[k].ravel()
         if channels[k] == HEIGHT:
             _fetch_height(heights, numbers, pixels)
-            _clip_height(ground, view.limit, view.beyond, pixels)
+            _clip_height(ground, view.limit, pixels)
         elif channels[k] == WALLS:
             _fetch_walls(kinds, numbers, pixels)
         else:
@@ -43,26 +45,39 @@ def fill_patch(height, job, pose, cell, view, patch):
             else:
                 _fetch_todo(heights, aims, numbers, pixels)
             _clip_todo(job.limit, job.goal_depth, pixels)
+    for i in range(size):
+        x0, y0 = _row_start(x, y, ahead, left, east, north, i)
+        if not (_is_inside(x0, north, size, cols) and _is_inside(y0, -east, size, rows)):
+            first, end = run_inside(x0, north, cols, size)
+            first_too, end_too = run_inside(y0, -east, rows, size)
+            _paint_outside(channels, view.beyond, patch, i, max(first, first_too), min(end, end_too))
 
 
 @kernel
-def _number_cells(rows, cols, x, y, heading, cell, resolution, ahead, number):
-    """Write row * cols + column of the cell under each pixel to number[size, size], NONE outside the site."""
-    size = number.shape[0]
-    step = resolution / cell
-    east, north = cos(heading) * step, sin(heading) * step
-    ahead, left = ahead * size - 0.5, 0.5 * size - 0.5
-    for i in range(size):
-        x0 = x / cell + (ahead - i) * east - left * north
-        y0 = y / cell + (ahead - i) * north + left * east
-        if _is_inside(x0, north, size, cols) and _is_inside(y0, -east, size, rows):
-            first, end = 0, size
-        else:
-            first, end = run_inside(x0, north, cols, size)
-            first_too, end_too = run_inside(y0, -east, rows, size)
-            first, end = max(first, first_too), min(end, end_too)
-            number[i] = NONE
-        _number_run(x0, north, y0, east, cols, number, i, first, end)
+def _row_start(x, y, ahead, left, east, north, i):
+    """Where the centre of the leftmost pixel of row i lies, in cells from the site's corner."""
+    return x + (ahead - i) * east - left * north, y + (ahead - i) * north + left * east
+
+
+@kernel
+def _number_row(x, north, y, east, rows, cols, number, i):
+    """Write row * cols + column of the cell under each pixel, or of the nearest, to number[i]."""
+    wide, right, top = np.int32(cols), cols - 1.0, rows - 1.0
+    for j in range(number.shape[1]):
+        row, column = min(max(y - j * east, 0.0), top), min(max(x + j * north, 0.0), right)
+        number[i, np.uint64(j)] = np.int32(row) * wide + np.int32(column)
+
+
+@kernel
+def _paint_outside(channels, beyond, patch, i, first, end):
+    """Make the pixels of row i before `first` and from `end` on, or all of them, those of ground outside the site."""
+    size = patch.shape[1]
+    for k in range(len(channels)):
+        value = np.float32(beyond if channels[k] == HEIGHT else (1.0 if channels[k] == WALLS else 0.0))
+        for j in range(min(first, size) if first < end else size):
+            patch[k, i, np.uint64(j)] = value
+        for j in range(end, size):
+            patch[k, i, np.uint64(j)] = value
 
 
 @kernel
@@ -97,47 +112,35 @@ def _crossing(start, slope, level, count):
 
 
 @kernel
-def _number_run(x, north, y, east, cols, number, i, first, end):
-    """Number the cells of the pixels from `first` to `end` of row i, all of them inside the site."""
-    wide = np.int32(cols)
-    for j in range(first, end):
-        number[i, np.uint64(j)] = np.int32(y - j * east) * wide + np.int32(x + j * north)
-
-
-@kernel
 def _fetch_height(height, number, pixels):
     for j in range(pixels.shape[0]):
-        pixels[j] = height[np.uint32(max(number[j], 0))] if number[j] >= 0 else np.float32(BEYOND)
+        pixels[j] = height[np.uint32(number[j])]
 
 
 @kernel
 def _fetch_walls(kind, number, pixels):
     for j in range(pixels.shape[0]):
-        bits = kind[np.uint32(max(number[j], 0))] if number[j] >= 0 else np.uint8(SOLID)
-        pixels[j] = 1.0 if bits & SOLID else 0.0
+        pixels[j] = 1.0 if kind[np.uint32(number[j])] & SOLID else 0.0
 
 
 @kernel
 def _fetch_todo(height, aim, number, pixels):
     for j in range(pixels.shape[0]):
-        p = np.uint32(max(number[j], 0))
-        over = height[p] - aim[p] if number[j] >= 0 else np.float32(0.0)
-        pixels[j] = max(over, np.float32(0.0))
+        p = np.uint32(number[j])
+        pixels[j] = max(height[p] - aim[p], np.float32(0.0))
 
 
 @kernel
 def _fetch_design(height, aim, kind, limit, number, pixels):
     for j in range(pixels.shape[0]):
-        p = np.uint32(max(number[j], 0))
-        over = height[p] - aim[p] if number[j] >= 0 else np.float32(0.0)
-        pixels[j] = max(over, least_todo(kind[p], limit))
+        p = np.uint32(number[j])
+        pixels[j] = max(height[p] - aim[p], least_todo(kind[p], limit))
 
 
 @kernel
-def _clip_height(ground, limit, beyond, pixels):
+def _clip_height(ground, limit, pixels):
     for j in range(pixels.shape[0]):
-        h = float(pixels[j])
-        pixels[j] = beyond if h == BEYOND else min(max(h - ground, -limit), limit)
+        pixels[j] = min(max(float(pixels[j]) - ground, -limit), limit)
 
 
 @kernel

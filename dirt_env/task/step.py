@@ -49,6 +49,7 @@ FIGURES = (*INFO, *TERMS, "reward")
 """Rows of the figures of a step: the numbers of `info`, the reward's terms, the reward."""
 
 SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
+TOGETHER = 8  # worlds that go through each phase one after the other, while its code and their data are in the caches
 
 
 @entry
@@ -68,20 +69,26 @@ def step_worlds(
     Row w - base of actions f8[m, 3], of the arrays of `sight` and column w - base of figures f8[FIGURES, m] are those
     of world w. Idle worlds leave theirs as they are.
     """
-    for w in range(first, last):
-        if not idle[w - base]:
-            scene = batch.scenes[w]
-            action, machine = actions[w - base], machine_of(scene)
-            command = command_of(action[0], action[1], action[2], machine)
-            step(
-                batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
-                scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
-                batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
-                scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
-                zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
-            )  # fmt: skip
-            _book(batch, w, figures, w - base)
-            _show(batch, w, sight, figures, w - base)
+    for begin in range(first, last, TOGETHER):
+        end = min(begin + TOGETHER, last)
+        for w in range(begin, end):
+            if not idle[w - base]:
+                scene = batch.scenes[w]
+                action, machine = actions[w - base], machine_of(scene)
+                command = command_of(action[0], action[1], action[2], machine)
+                step(
+                    batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
+                    scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
+                    batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
+                    scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
+                    zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
+                )  # fmt: skip
+        for w in range(begin, end):
+            if not idle[w - base]:
+                _book(batch, w, figures, w - base)
+        for w in range(begin, end):
+            if not idle[w - base]:
+                _show(batch, w, sight, figures, w - base)
 
 
 @entry

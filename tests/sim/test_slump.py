@@ -55,6 +55,17 @@ def test_a_standing_blade_holds_the_soil_as_in_the_twin(heading, edge):
     assert np.abs(expected - free).max() > 0.05
 
 
+def test_what_has_changed_is_the_box_of_the_cells_that_did():
+    ground = np.zeros((30, 34))
+    ground[12, 15] = 3.0
+    world, grid = world_of(ground)
+    before = world.height.copy()
+    world.changed[:], world.pending[:] = 0, (12, 13, 15, 16)
+    settle_window(world, grid, SOIL, AWAY)
+    rows, cols = np.nonzero(world.height != before)
+    assert world.changed.tolist() == [rows.min(), rows.max() + 1, cols.min(), cols.max() + 1]
+
+
 def test_a_window_is_exact_when_the_sweeps_are_capped_and_go_on_later():
     ground = np.zeros((40, 40))
     ground[20, 20] = 30.0
