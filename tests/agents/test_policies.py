@@ -1,0 +1,44 @@
+"""The policies that are shipped: they are known by name, run without torch, and do better than chance."""
+
+import numpy as np
+import pytest
+from dirt_env.agents.network import load
+
+from dirt_env.bench.evaluate.episode import Trial, run_trial
+from dirt_env.bench.evaluate.suite import Task
+from dirt_env.cli import main
+from dirt_env.config import load as load_scene
+from dirt_env.policy import describe_policy, load_policy, policy_names, trained_file
+from dirt_env.split import SELECTION
+
+SHIPPED = tuple(name for name in policy_names() if name.startswith("ppo"))
+
+
+def test_there_is_one_of_each_training_seed_and_the_best_of_them():
+    assert ("ppo", *(f"ppo_seed{seed}" for seed in range(len(SHIPPED) - 1))) == SHIPPED
+    seeds = SHIPPED[1:]
+    metadata = {name: load(trained_file(name), load_scene()).metadata["training"] for name in seeds}
+    assert [metadata[name]["seed"] for name in seeds] == list(range(len(seeds)))
+    settings = [{**metadata[name]["settings"], "seed": None} for name in seeds]
+    assert all(one == settings[0] for one in settings)
+    scores = {name: np.mean([level["share_area"] for level in metadata[name]["selection"]]) for name in seeds}
+    best = max(scores, key=scores.get)
+    assert trained_file("ppo").read_bytes() == trained_file(best).read_bytes()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_each_is_listed_described_and_says_what_it_needs(name, capsys):
+    policy = load_policy(name, load_scene())
+    assert policy.sees == "patch"
+    assert policy.action == {"blade": "grade"}
+    assert policy.observation["overview"]
+    assert main(["policies"]) == 0
+    assert f"{name} " in capsys.readouterr().out
+    assert describe_policy(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", [0, 1])
+def test_it_brings_the_soil_home(level):
+    record = run_trial(Trial("ppo", Task("heap", level, "heap", {"level": level}), SELECTION[0]))
+    assert record["metrics"]["share_end"] > 0.9
