@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from dirt_env.baselines.adaptive_push import AdaptivePush, State
+from dirt_env.baselines.pushing.edge import blade_action
 from dirt_env.baselines.pushing.numbers import shipped
 from dirt_env.baselines.pushing.parameters import Parameters
 
@@ -116,3 +117,39 @@ def test_it_stands_when_all_is_done(easy):
     action = policy.act(observation)
     assert policy.state is State.DONE
     assert action[:2].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("asked", [0.4, 0.1, -0.05])
+@pytest.mark.parametrize("pose", [(6.0, 8.0, 0.0), (7.5, 8.0, 1.0)])
+def test_an_edge_is_asked_for_in_either_sense_of_the_blade(asked, pose):
+    """On the flank of a heap, where the target surface is not that of the tracks."""
+    heap = {"region": {"kind": "circle", "center": [8.0, 8.0], "radius": 2.5}, "volume": 4.0}
+    goal = {"region": {"kind": "rectangle", "center": [13.5, 8.0], "size": [4.0, 8.0]}}
+    for blade in ("tracks", "grade"):
+        env = DirtPushEnv(
+            scene={"site": {"size": [16.0, 16.0]}, "start": [heap], "goal": [goal]},
+            action={"blade": blade},
+            machine={"cut": 1.5},
+            observation={"map": True},
+        )
+        observation, _ = env.reset(seed=0, options={"pose": pose})
+        site = AdaptivePush(env.config).site
+        for _ in range(6):
+            site.see(observation)
+            observation, *_ = env.step([0.0, 0.0, blade_action(site, asked)])
+        assert env.read_pose(observation["pose"])["edge"] == pytest.approx(asked, abs=0.02), (
+            blade
+        )  # its plane of the tracks is a fit
+
+
+@pytest.mark.slow
+def test_it_does_its_job_under_grade_control_too():
+    env = DirtPushEnv(level=0, action={"blade": "grade"}, observation={"map": True})
+    info, _ = roll(env, load_policy("adaptive_push", env.config), 0, 480)
+    assert info["is_success"]
+
+
+def test_the_planner_says_that_it_cannot_do_with_grade_control():
+    config = DirtPushEnv(action={"blade": "grade"}).config
+    with pytest.raises(ValueError, match=r"action.blade is 'grade'; allowed for the planner: \"tracks\""):
+        load_policy("planner", config)
