@@ -15,6 +15,7 @@ from dirt_env.bench.document import markdown, renewed
 from dirt_env.bench.evaluate.aggregate import Estimate
 from dirt_env.bench.evaluate.evaluation import FAILURES, Evaluation, player
 from dirt_env.bench.evaluate.journal import Journal
+from dirt_env.bench.evaluate.plots import can_plot
 from dirt_env.bench.evaluate.suite import load_suite
 from dirt_env.bench.evaluate.summary import by_key
 from dirt_env.bench.provenance import provenance
@@ -33,7 +34,7 @@ METRICS = {  # name: (heading, digits, factor)
     "volume_distance_m4_per_min": ("m3 m a minute", 1, 1.0),
     "score": ("score", 3, 1.0),
 }
-RATES = ("share_end", "share_area", "volume_distance_m4_per_min", "score")  # whose ratios are given
+RATIOS = {"volume_distance_m4_per_min": "m3 m a minute", "time_s": "time", "score": "score"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,7 +61,11 @@ def learned() -> tuple[str, ...]:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    out, blocks, levels = writable(options.out), {}, []
+    out, blocks = writable(options.out), {}
+    if not can_plot():
+        raise ImportError('the plots need matplotlib: pip install ".[bench]"')
+    if options.renew_docs is not None:
+        _document(options.renew_docs)
     for name, scripted in SUITES.items():
         suite = load_suite(name)
         evaluation = Evaluation([*scripted, *learned()], suite, options.layouts)
@@ -76,14 +81,13 @@ def _compare(options: argparse.Namespace) -> int:
             evaluation.write(journal)
             records = by_key(journal.records)
         chosen = [task.level for task in suite.tasks]
-        levels += [(records, scripted, level) for level in chosen]
         blocks[name] = markdown(_rows(records, scripted, chosen, evaluation.layouts))
         blocks[f"{name}-ratios"] = markdown(_ratios(records, scripted, chosen, evaluation.layouts))
-        draw_shares(records, [*scripted, *learned()], chosen, evaluation.layouts, out / f"{name}.png")
+        draw_shares(records, scripted, learned(), chosen, evaluation.layouts, out / f"{name}.png")
         say(blocks[name], "", blocks[f"{name}-ratios"], "")
     draw_learning(_logs(), out / "learning.png")
     found = provenance()
-    blocks["made-with"] = f"Commit {found['commit']}; {found['machine']}; {options.layouts} layouts of each level."
+    blocks["made-with"] = f"Commit {found['commit']}; {found['machine']}; layouts: {options.layouts} of each level."
     if options.renew_docs is not None:
         _renew(options.renew_docs, out, blocks)
     return 0
@@ -112,12 +116,12 @@ def _ratios(
     records: Records, scripted: Sequence[str], levels: Sequence[int], layouts: Sequence[int]
 ) -> list[list[str]]:
     """What all training seeds reach together, over what each scripted behaviour does on the same layouts."""
-    rows = [["level", "PPO over", *(name for name in RATES)]]
+    rows = [["level", "PPO over", *RATIOS.values()]]
     for level in levels:
         for name in scripted:
             pairs = [
                 ratio(*(matrix(records, group, level, layouts, metric) for group in (learned(), [name])))
-                for metric in RATES
+                for metric in RATIOS
             ]
             rows.append([str(level), name, *(_cell(found, 2) for found in pairs)])
     return rows
@@ -140,11 +144,17 @@ def _logs() -> dict[str, list[Mapping[str, str]]]:
     return logs
 
 
-def _renew(docs: Path, out: Path, blocks: Mapping[str, Any]) -> None:
-    """Put the tables into results.md and the plots beside it."""
+def _document(docs: Path) -> Path:
+    """The document in that folder; ValueError where there is none."""
     path = docs / "results.md"
     if not path.is_file():
         raise ValueError(f"--renew-docs is {docs}, which has no results.md; allowed: the folder docs of a checkout")
+    return path
+
+
+def _renew(docs: Path, out: Path, blocks: Mapping[str, Any]) -> None:
+    """Put the tables into results.md and the plots beside it."""
+    path = _document(docs)
     content = renewed(path.read_text(encoding="utf-8"), "results", blocks)
     for name in (*SUITES, "learning"):
         figures = docs / "figures" / "results"

@@ -15,18 +15,23 @@ Log = Sequence[Mapping[str, str]]
 
 
 def draw_shares(
-    records: Records, policies: Sequence[str], levels: Sequence[int], layouts: Sequence[int], path: Path
+    records: Records,
+    scripted: Sequence[str],
+    learned: Sequence[str],
+    levels: Sequence[int],
+    layouts: Sequence[int],
+    path: Path,
 ) -> None:
     """A panel for each level: interquartile mean over layouts, a line with its band for each policy."""
+    lines = [(name, name, COLORS[(0, 2, 3, 4)[index]], 1.6) for index, name in enumerate(scripted)]
+    lines += [(name, "PPO, a seed each" if name == learned[0] else None, COLORS[1], 0.8) for name in learned]
     figure, panels = _figure(1, len(levels))
     for panel, level in zip(panels, levels, strict=True):
-        for index, policy in enumerate(policies):
+        for policy, label, color, width in lines:
             rows = [records[policy, "heap", level, layout] for layout in layouts]
             middle, low, high = band([np.array([row["curve"] for row in rows])])
             seconds = np.linspace(0.0, rows[0]["seconds"], len(middle))
-            seed = policy.startswith("ppo")
-            color = COLORS[1] if seed else COLORS[[0, 2, 3][index]]
-            panel.plot(seconds, middle, color=color, linewidth=0.8 if seed else 1.6, label=policy)
+            panel.plot(seconds, middle, color=color, linewidth=width, label=label)
             panel.fill_between(seconds, low, high, color=color, alpha=0.08, linewidth=0)
         panel.set(title=f"level {level}", xlabel="time [s]", ylim=(0, 1))
     panels[0].set_ylabel("share in the goal")
@@ -48,8 +53,8 @@ def draw_learning(logs: Mapping[str, Log], path: Path) -> None:
                 y = [float(row["share_area"]) for row in rows]
                 known = f"level {level}" not in panel.get_legend_handles_labels()[1]
                 panel.plot(x, y, color=COLORS[index], linewidth=0.8, label=f"level {level}" if known else None)
-        panel.set(xlabel=label, ylim=(0, 1))
-    panels[0].set_ylabel("share in the goal, mean over the job's time")
+        panel.set(xlabel=label)
+    panels[0].set_ylabel("share in the goal,\nmean over the job's time")
     panels[0].legend(frameon=False)
     _save(figure, path)
 

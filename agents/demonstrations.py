@@ -7,13 +7,13 @@ import gymnasium
 import numpy as np
 
 from dirt_env.config.loading import merge
-from dirt_env.policy import load_policy, needed
+from dirt_env.policy import load_policy
 from dirt_env.split import training_seeds
 
 from .course import worlds_of
 from .settings import Settings
 
-BEGINS, LASTS = 0.03, (2, 8)  # chance of a disturbance in a step, and its length [steps]
+BEGINS, LASTS = 0.03, (2, 8)  # chance of a disturbance in a step; its length [steps], less than the second
 TAKES = 0.7  # share of the action that it is
 
 
@@ -29,21 +29,20 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
 
     It is disturbed, by noise in every step and by bursts of random driving now and then, so that it shows how to get
     back on course too; what is learned is what it wanted, not what was done. Which layouts and disturbances follows
-    from the run's seed. Raises ValueError where the teacher does not fit the scene.
+    from the run's seed.
     """
     teacher, generator = settings.teacher, np.random.default_rng([settings.seed, 1])
     options = merge(worlds_of(settings, settings.stages[-1]), {"observation": {"map": True}})
     env = gymnasium.make_vec("dirt_env:DirtPush-v0", teacher.worlds, autoreset_mode="SameStep", info="none", **options)
     policies = [load_policy(teacher.policy, one.config) for one in env.envs]
     for policy in policies:
-        if needed(policy) not in ({}, {"observation": {"map": True}}):
-            raise ValueError(f"teacher.policy is {teacher.policy!r}, which needs {needed(policy)}; allowed: map alone")
         policy.reset(int(generator.integers(2**31)))
     observations, _ = env.reset(seed=training_seeds(generator, teacher.worlds))
     disturbed, left = np.zeros((teacher.worlds, 3)), np.zeros(teacher.worlds, int)
     try:
         for step in range(-(-teacher.steps // teacher.worlds)):
-            wanted = np.stack([policy.act(_of(observations, world)) for world, policy in enumerate(policies)])
+            asked = [policy.act(_of(observations, world)) for world, policy in enumerate(policies)]
+            wanted = np.clip(np.stack(asked).astype(np.float32), -1.0, 1.0)
             yield (step + 1) * teacher.worlds, Demonstrations(_seen(observations), wanted)
             begins = (left == 0) & (generator.random(teacher.worlds) < BEGINS)
             left[begins] = generator.integers(*LASTS, begins.sum())

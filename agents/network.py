@@ -5,6 +5,7 @@ where they come from. The network: convolutions over the patch (ReLU); what they
 is looked at) side by side through dense layers (tanh), the last of them the mean action, clipped to [-1, 1].
 """
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from dirt_env.config import SceneConfig
+from dirt_env.config.terrain import HeightField
 from dirt_env.policy import Observation
 from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
@@ -99,24 +101,51 @@ class LearnedPolicy:
 
     def act_all(self, observations: Observation) -> np.ndarray:
         """Actions (n, 3) in [-1, 1] for the observations of a batch."""
+        self._check(observations)
         overview = observations["overview"] if self.observation.get("overview") else None
         return self.network.actions(observations["patch"], observations["pose"], overview)
 
+    def _check(self, observations: Observation) -> None:
+        """Raise ValueError where this is not what it was trained with."""
+        size, channels = self.observation["size"], len(self.observation["channels"])
+        seen = {"patch": (channels, size, size)}
+        if self.observation.get("overview"):
+            seen["overview"] = (2, OVERVIEW, OVERVIEW)
+        for name, shape in seen.items():
+            found = observations[name].shape[1:] if name in observations else None
+            if found != shape:
+                raise ValueError(
+                    f"{name} of the observation is {found or 'missing'}; allowed for this policy: {shape}, as in "
+                    "DirtPushEnv(..., **dirt_env.policy.needed(policy))"
+                )
+
 
 def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
-    """The policy of a file for a scene; raises ValueError where there is none, or where it is damaged."""
+    """The policy of a file for a scene; raises ValueError where there is none, or where it is damaged or does not fit.
+
+    Warns where the scene can have obstacles and the policy does not see them.
+    """
     path = Path(path).expanduser()
     if not path.is_file():
         raise ValueError(f"policy {path} is no file; allowed: a policy.npz that training has written")
     try:
-        return read(*unpacked(path, FORMAT))
+        policy = read(*unpacked(path, FORMAT))
     except ValueError as error:
         raise ValueError(f"policy {path} is damaged or no policy: {error}") from error
+    if policy.action["blade"] == "grade" and not isinstance(config.terrain, HeightField):
+        raise ValueError(
+            f'terrain is "{config.terrain.kind}"; allowed with policy {path.stem}, which needs grade control: '
+            f'"{HeightField.kind}"'
+        )
+    if config.has_walls and "walls" not in policy.observation["channels"]:
+        warnings.warn(f"{config.name} can have obstacles, and policy {path.stem} does not see them", stacklevel=2)
+    return policy
 
 
 def describe(path: Path) -> str:
     """What a policy's file says of itself, in a line."""
-    return str(unpacked(path, FORMAT)[1].get("training", {}).get("settings", {}).get("description", ""))
+    training = unpacked(path, FORMAT)[1]["training"]
+    return f"Learned by PPO, seed {training['seed']}: {training['settings']['description']}"
 
 
 def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:

@@ -9,6 +9,7 @@ from typing import Any
 from dirt_env.config import load
 from dirt_env.config.loading import merge
 from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
+from dirt_env.policy import load_policy, needed
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
@@ -280,12 +281,31 @@ def _check(settings: Settings) -> None:
             f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
         )
     _check_stages(settings)
+    _check_teacher(settings)
     played = [*settings.stages, settings.record]
     for level in {level for one in played for level in one.levels or (None,)}:
         seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
         if seen.map:
             raise ValueError("worlds.set.observation asks for map; allowed: patch, pose and overview")
         check_network(settings.network, seen.size)
+
+
+def _check_teacher(settings: Settings) -> None:
+    """Raise ValueError where the teacher cannot play what is trained on, or leaves nothing to learn."""
+    teacher = settings.teacher
+    if not teacher.policy:
+        if teacher != Teacher():
+            raise ValueError("teacher.policy is ''; allowed: a scripted behaviour, or no other keys of [teacher]")
+        return
+    level = (settings.stages[-1].levels or (None,))[0]
+    try:
+        policy = load_policy(teacher.policy, load(settings.worlds.scene, **overrides_of(settings, level)))
+    except (ValueError, ImportError) as error:
+        raise ValueError(f"teacher.policy is {teacher.policy!r}: {error}") from error
+    if needed(policy) not in ({}, {"observation": {"map": True}}):
+        raise ValueError(f"teacher.policy is {teacher.policy!r}, which needs {needed(policy)}; allowed: the map alone")
+    if teacher.critic_steps >= settings.steps:
+        raise ValueError(f"teacher.critic_steps is {teacher.critic_steps}; allowed: less than steps {settings.steps}")
 
 
 def _check_stages(settings: Settings) -> None:

@@ -24,7 +24,7 @@ from .selection import Selection
 from .settings import Settings
 from .signals import caught_signals
 
-SPENT = ("seconds", "cpu_seconds", "imitation_seconds")  # wall time, time of the processor, the part for imitation
+SPENT = ("seconds", "cpu_seconds")  # wall time and time of the processor, imitation included
 OWN = ("final_rate", "log_std_init", "log_std_final")  # what of the table `ppo` is no argument of PPO
 CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
 
@@ -130,7 +130,7 @@ class Trainer:
             return False
         self._begin_episodes()
         wall = perf_counter() - begun
-        self.notes |= {"seconds": wall, "imitation_seconds": wall, "cpu_seconds": process_time() - busy}
+        self.notes |= {"seconds": wall, "cpu_seconds": process_time() - busy}
         self._save()
         return True
 

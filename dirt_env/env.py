@@ -39,8 +39,9 @@ class DirtPushEnv(gymnasium.Env):
 
     The cutting edge goes to its height over the plane of the tracks at no more than `machine.edge_rate` (0.5 m/s).
     With `action.blade` "grade" it is under automatic grade control, as machines with a design model on board have it:
-    0 holds the middle of the edge at the target surface (the ground as it was, or the design) whatever the tracks do,
-    -1 holds it `machine.cut` below, and up to 1 it goes evenly to `machine.lift` over the tracks.
+    0 holds the middle of the edge at the target surface (the ground as it was, or the design) as far as `machine.cut`
+    below and `machine.lift` above the tracks reach, -1 holds it `machine.cut` lower, and up to 1 it goes evenly to
+    `machine.lift` over the tracks.
 
     ## Observation space
     `Dict` of float32 arrays, always finite and inside their bounds.
@@ -103,11 +104,12 @@ class DirtPushEnv(gymnasium.Env):
     | time | minus the share of `task.time` that a step takes |
     | spill | minus the soil lost over an open border, as share of all the soil |
     | success | 1 in the step that completes the job |
-    | log_work | fall of ln(0.05 + potential's share of the start), 1 for the whole job; weight 0 by default |
+    | log_work | fall of ln(0.05 + d), 1 for the whole job; weight 0 by default |
 
     The potential is the sum of misplaced volume times its distance to the goal, round obstacles; with a design surface
-    soil that is missing counts too, times the mean way that soil has to go there. With `log_work` the tail of a job
-    counts more: the last tenth of the potential is worth more than the first two thirds.
+    soil that is missing counts too, times the mean way that soil has to go there. In `log_work`
+    d is the potential plus 3 m times the misplaced volume, as share of that at the start: the tail of a job counts more
+    (the last tenth of d is worth more than the first two thirds), and the goal's rim is not yet the goal.
 
     ## Start and end
     `reset` draws a layout from the scene with the environment's generator. Options: `layout_seed` (int) draws it from a

@@ -18,6 +18,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from dirt_env.config import SceneConfig
+from dirt_env.config.loading import merge
 
 PACKAGE = "dirt_env.baselines"
 NETWORK = "dirt_env.agents.network"  # reads what training has written
@@ -87,6 +88,18 @@ def needed(policy: Policy) -> dict[str, dict[str, Any]]:
     seen = {**getattr(policy, "observation", {}), **({"map": True} if policy.sees == "map" else {})}
     tables = {"observation": seen, "action": dict(getattr(policy, "action", {}))}
     return {name: table for name, table in tables.items() if table}
+
+
+def overrides_for(name: str, policy: Policy, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """A scene's overrides with what the policy of that name needs; ValueError where they ask for something else."""
+    for table, keys in needed(policy).items():
+        given = overrides.get(table)
+        for key, value in keys.items():
+            if isinstance(given, Mapping) and given.get(key, value) != value:
+                raise ValueError(
+                    f"{table}.{key} is {given[key]!r}; allowed with policy {name}, which needs it: {value!r}"
+                )
+    return merge(overrides, needed(policy))
 
 
 def policy_names() -> tuple[str, ...]:

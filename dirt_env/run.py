@@ -8,9 +8,8 @@ from typing import Any
 
 from dirt_env import __version__
 from dirt_env.config import SceneConfig
-from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import load_policy, needed
+from dirt_env.policy import load_policy, needed, overrides_for
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 from dirt_env.render.pair import write_pair
@@ -63,8 +62,8 @@ class Run:
         self.scene, self.policy_name, self.seed = scene, policy, seed
         self.env = DirtPushEnv(scene=scene, **(overrides or {}))
         self.policy = load_policy(policy, self.env.config)
-        if tables := needed(self.policy):
-            self.env = DirtPushEnv(scene=scene, **merge(overrides or {}, tables))
+        if needed(self.policy):
+            self.env = DirtPushEnv(scene=scene, **overrides_for(policy, self.policy, overrides or {}))
         config = self.env.config
         self.steps = steps or config.steps
         self.summaries: list[Summary] = []

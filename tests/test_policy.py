@@ -4,12 +4,13 @@ import json
 import re
 import sys
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
 from dirt_env.cli import main
 from dirt_env.config import load
-from dirt_env.policy import load_policy, policy_file
+from dirt_env.policy import load_policy, overrides_for, policy_file
 
 MINE = """
 import numpy as np
@@ -113,3 +114,22 @@ def test_the_rules_in_the_readme_do_what_it_says(folder, capsys):
     result = json.loads((folder / "out" / "evaluation.json").read_text())
     assert 0.5 < result["overall"][0]["metrics"]["share_end"]["iqm"] < 0.7
     assert len([line for line in rules.splitlines() if line.strip()]) <= 20
+
+
+class Particular:
+    """A policy that needs an environment of its own."""
+
+    sees = "patch"
+    observation: ClassVar = {"size": 8}
+    action: ClassVar = {"blade": "grade"}
+
+
+def test_what_a_policy_needs_is_laid_over_the_scene_and_never_against_what_was_asked_for():
+    given = {"level": 2, "observation": {"overview": True}, "action": {"blade": "grade"}}
+    assert overrides_for("it", Particular(), given) == {
+        "level": 2,
+        "observation": {"overview": True, "size": 8},
+        "action": {"blade": "grade"},
+    }
+    with pytest.raises(ValueError, match=r"observation.size is 20; allowed with policy it, which needs it: 8"):
+        overrides_for("it", Particular(), {"observation": {"size": 20}})

@@ -38,7 +38,7 @@ def test_it_plays_all_and_writes_tables_and_plots(two, tmp_path, capsys):
     text = (docs / "results.md").read_text()
     assert text.count("| PPO, all seeds |") == 2
     assert "| 0 | idle | 0.0 [0.0, 0.0] |" in text
-    assert "2 layouts of each level" in text
+    assert "layouts: 2 of each level" in text
     played = [json.loads(line) for line in (out / "quick" / "episodes.jsonl").read_text().splitlines()[1:]]
     pushed = [row["metrics"]["share_end"] for row in played if row["policy"] == two[0] and row["level"] == 0]
     assert len(pushed) == 2
@@ -54,3 +54,9 @@ def test_without_shipped_policies_it_says_what_is_needed(monkeypatch, tmp_path, 
     monkeypatch.setattr(compare, "policy_names", lambda: ("idle",))
     assert compare.main(["--out", str(tmp_path)]) == 2
     assert "no trained policies are shipped; needed: agents/policies/ppo_seed0.npz" in capsys.readouterr().err
+
+
+def test_a_wrong_folder_of_documents_is_refused_before_anything_is_played(two, tmp_path, capsys):
+    assert compare.main(["--out", str(tmp_path / "out"), "--renew-docs", str(tmp_path / "nowhere")]) == 2
+    assert "which has no results.md; allowed: the folder docs of a checkout" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "quick").exists()

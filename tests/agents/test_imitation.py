@@ -103,10 +103,14 @@ def test_let_learn_gives_everything_back(tmp_path):
 
 
 def test_a_teacher_that_needs_another_environment_is_refused(pusher):
-    with pytest.raises(ValueError, match=r"teacher.policy is .*pusher.npz.*, which needs"):
-        next(demonstrate(smoke(teacher=TEACHER | {"policy": str(pusher)})))
-    with pytest.raises(ValueError, match="policy is 'nobody'; known: adaptive_push"):
-        next(demonstrate(smoke(teacher=TEACHER | {"policy": "nobody"})))
+    for teacher, complaint in (
+        ({"policy": str(pusher)}, r"teacher.policy is .*pusher.npz.*, which needs"),
+        ({"policy": "nobody"}, r"teacher.policy is 'nobody': policy is 'nobody'; known: adaptive_push"),
+        ({"policy": ""}, r"teacher.policy is ''; allowed: a scripted behaviour"),
+        ({"critic_steps": 4096}, r"teacher.critic_steps is 4096; allowed: less than steps 4096"),
+    ):
+        with pytest.raises(ValueError, match=complaint):
+            smoke(teacher=TEACHER | teacher)
 
 
 def test_the_default_run_begins_from_the_yardstick():

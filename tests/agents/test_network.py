@@ -156,7 +156,7 @@ def test_a_file_that_is_none_or_cut_off(pusher, tmp_path):
         ({"metadata": np.frombuffer(b"{}", np.uint8)}, "its format is None; allowed: 'dirt-push policy 1'"),
         (
             {"metadata": np.frombuffer(b'{"format": "dirt-push policy 1", "clip": 1}', np.uint8)},
-            "its metadata has no observation and no strides and no hidden",
+            "its metadata has no observation and no action and no strides and no hidden",
         ),
     ],
 )
@@ -177,3 +177,27 @@ def test_actions_end_at_one():
     policy = read(weights(drive=(-3.0, 0.5, 3.0)), METADATA)
     seen = {"patch": np.zeros((1, 2, 8, 8), np.float32), "pose": np.zeros((1, 15), np.float32)}
     assert policy.act_all(seen).tolist() == [[-1.0, 0.5, 1.0]]
+
+
+def test_an_observation_of_another_kind_is_refused_in_words(pusher):
+    policy = load(pusher, load_scene())
+    seen = {"patch": np.zeros((2, 8, 8), np.float32), "pose": np.zeros(15, np.float32)}
+    assert policy.act(seen).shape == (3,)
+    with pytest.raises(
+        ValueError, match=r"patch of the observation is \(3, 8, 8\); allowed for this policy: \(2, 8, 8\)"
+    ):
+        policy.act(seen | {"patch": np.zeros((3, 8, 8), np.float32)})
+    with pytest.raises(
+        ValueError, match=r"overview of the observation is missing; allowed for this policy: \(2, 12, 12\)"
+    ):
+        load_policy("ppo", load_scene()).act(seen | {"patch": np.zeros((2, 16, 16), np.float32)})
+
+
+def test_a_policy_that_does_not_see_obstacles_warns_where_there_can_be_any(pusher):
+    with pytest.warns(UserWarning, match="posts can have obstacles, and policy pusher does not see them"):
+        load(pusher, load_scene("posts"))
+
+
+def test_a_policy_under_grade_control_is_refused_on_cells():
+    with pytest.raises(ValueError, match=r'terrain is "voxel"; allowed with policy ppo, which needs grade control'):
+        load_policy("ppo", load_scene(terrain="voxel"))

@@ -9,9 +9,8 @@ import numpy as np
 
 from dirt_env.bench.evaluate.suite import Task
 from dirt_env.config import SceneConfig
-from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import complaint, load_policy, needed
+from dirt_env.policy import complaint, load_policy, overrides_for
 from dirt_env.rollout import play
 
 INTERVALS = 60  # of the recorded curve over the episode's nominal length
@@ -66,7 +65,8 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     text = json.dumps(trial.task.written(), sort_keys=True)
     config = _config(text)
     policy = load_policy(trial.policy, config)
-    env = _env(text, json.dumps(needed(policy), sort_keys=True))
+    overrides = overrides_for(trial.policy, policy, trial.task.overrides)
+    env = _env(trial.task.scene, json.dumps(overrides, sort_keys=True))
     steps = trial.task.steps or config.steps
     shares, lacks = [], []
 
@@ -125,9 +125,8 @@ def _config(task: str) -> SceneConfig:
 
 
 @lru_cache(maxsize=_KEPT)
-def _env(task: str, tables: str) -> DirtPushEnv:
-    overrides = merge(json.loads(task)["overrides"], json.loads(tables))
-    return DirtPushEnv(scene=json.loads(task)["scene"], **overrides)
+def _env(scene: str, overrides: str) -> DirtPushEnv:
+    return DirtPushEnv(scene=scene, **json.loads(overrides))
 
 
 def _progress(config: SceneConfig, share: np.ndarray, lack: np.ndarray) -> np.ndarray:
