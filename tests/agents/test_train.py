@@ -81,6 +81,34 @@ def test_a_run_that_is_killed_again_and_again_ends_with_the_same_bits(undisturbe
 
 
 @pytest.mark.slow
+def test_a_run_with_a_teacher_that_is_killed_ends_with_the_same_bits(tmp_path):
+    teacher = {"policy": "adaptive_push", "worlds": 4, "steps": 240, "epochs": 3, "critic_steps": 700}
+    settings = [f"teacher.{name}={value}" for name, value in teacher.items()] + ["steps=1280"]
+    more = [word for setting in settings for word in ("--set", setting)]
+    process = start(tmp_path / "undisturbed", *more)
+    _, told = process.communicate(timeout=300)
+    assert process.returncode == 0, told
+    out = tmp_path / "killed"
+    process = start(out, *more)  # while the teacher plays
+    while process.poll() is None and not (out / "training.csv").is_file():
+        time.sleep(0.01)
+    process.kill()
+    process.communicate()
+    assert not (out / "checkpoint.npz").exists()
+    for steps in (256, 768):  # while the critic learns alone, and after that
+        process = start(out, *more)
+        wait_for(process, out, steps)
+        process.kill()
+        process.communicate()
+    process = start(out, *more)
+    _, told = process.communicate(timeout=300)
+    assert process.returncode == 0, told
+    assert "going on in" in told
+    for name in ("policy.npz", "best.npz"):
+        assert (out / name).read_bytes() == (tmp_path / "undisturbed" / name).read_bytes(), name
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_is_asked_to_stop_saves_and_goes_on(number, undisturbed, tmp_path):
