@@ -26,6 +26,7 @@ from .settings import Settings
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
+SINCE = {"algorithm": "ppo", "worlds.frames": 1}  # keys of settings that checkpoints before them mean without saying
 
 
 def versions() -> dict[str, str]:
@@ -87,7 +88,7 @@ def read(path: Path) -> Checkpoint:
 def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
     here = json.loads(json.dumps(settings.to_dict()))
-    wanted, kept = dict(_flat(here)), dict(_flat(found.metadata["settings"]))
+    wanted, kept = dict(_flat(here)), {**SINCE, **dict(_flat(found.metadata["settings"]))}
     other = [key for key in {**wanted, **kept} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])

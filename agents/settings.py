@@ -17,6 +17,7 @@ OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in
 FROM_ONE = Number(1, whole=True)
 POSITIVE = Number(0, above=True)
 SHARE = Number(0, 1)
+FRAMES = Number(1, 16, whole=True)
 WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
 
 
@@ -24,7 +25,8 @@ WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layo
 class Worlds:
     """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them.
 
-    Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes.
+    Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes. The network sees
+    the last `frames` patches and poses side by side.
     """
 
     count: int = 256
@@ -32,6 +34,7 @@ class Worlds:
     set: Mapping[str, Any] = field(default_factory=dict)
     threads: int = 1
     steps: int | None = None
+    frames: int = 1
 
 
 @dataclass(frozen=True)
@@ -191,7 +194,15 @@ TRAINING = Table(
         "seed": Number(0, whole=True),
         "device": Choice(("cpu", "cuda", "auto")),
         "worlds": Table(
-            Worlds, {"count": WORLDS, "scene": SceneName(), "set": SceneKeys(), "threads": FROM_ONE, "steps": FROM_ONE}
+            Worlds,
+            {
+                "count": WORLDS,
+                "scene": SceneName(),
+                "set": SceneKeys(),
+                "threads": FROM_ONE,
+                "steps": FROM_ONE,
+                "frames": FRAMES,
+            },
         ),
         "stage": Many(STAGE),
         "network": Table(

@@ -178,7 +178,8 @@ class Trainer:
         """Export the policy, play it on selection layouts by numpy, and keep it if it is the best so far."""
         config = self.course.native.envs[0].config
         arrays = actor_arrays(self.model.policy, self.env)
-        metadata = actor_metadata(self.model.policy, config, self.settings.normalise.clip)
+        settings = self.settings
+        metadata = actor_metadata(self.model.policy, config, settings.worlds.frames, settings.normalise.clip)
         scores = self._selection.score(read(arrays, metadata))
         logbook.judge(self.steps, self.notes["seconds"], scores)
         self.notes |= {"evaluated": self.steps, "scores": [score._asdict() for score in scores]}
