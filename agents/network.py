@@ -159,7 +159,9 @@ def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
 def describe(path: Path) -> str:
     """What a policy's file says of itself, in a line."""
     training = unpacked(path, FORMAT)[1]["training"]
-    return f"Learned by PPO, seed {training['seed']}: {training['settings']['description']}"
+    settings = training["settings"]
+    algorithm = settings.get("algorithm", "ppo").upper()  # files from before there was another do not say
+    return f"Learned by {algorithm}, seed {training['seed']}: {settings['description']}"
 
 
 def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:

@@ -148,7 +148,7 @@ class TestTraining:
     def test_a_teacher_shows_what_the_network_sees(self):
         from dirt_env.agents.demonstrations import demonstrate
 
-        teacher = {"policy": "adaptive_push", "worlds": 3, "steps": 180, "noise": 0.0}
+        teacher = {"policy": "adaptive_push", "worlds": 3, "steps": 180, "noise": 0.0, "critic_steps": 300}
         settings = [smoke(teacher=teacher, worlds={"count": 16, "frames": frames}) for frames in (COUNT, 1)]
         shown, plain = ([step.observations for _, step in demonstrate(one)] for one in settings)
         lists = [[], [], []]
