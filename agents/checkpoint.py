@@ -1,7 +1,7 @@
 """A training run as one file that is either the old or the new one, and from which it goes on to the same last bit.
 
-Weights, optimiser, running statistics, random generators, worlds in mid-episode, curriculum and counters; with the
-settings, versions and seed. A .npz without pickles, so that reading one runs no code.
+Weights, optimisers, the buffer of SAC, running statistics, random generators, worlds in mid-episode, curriculum and
+counters; with the settings, versions and seed. A .npz without pickles, so that reading one runs no code.
 """
 
 import json
@@ -13,19 +13,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
 from dirt_env import __version__
 from dirt_env.config.rules import join
 from dirt_env.render.atomic import write_atomically
 
+from .algorithms import Model, under
 from .archive import packed, unpacked
 from .course import Course
 from .settings import Settings
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
+SINCE = {"algorithm": "ppo", "worlds.frames": 1}  # keys of settings that checkpoints before them mean without saying
 
 
 def versions() -> dict[str, str]:
@@ -45,7 +46,7 @@ class Checkpoint(NamedTuple):
     arrays: dict[str, np.ndarray]
 
 
-def save(path: Path, settings: Settings, model: PPO, env: VecNormalize, course: Course, notes: Mapping) -> None:
+def save(path: Path, settings: Settings, model: Model, env: VecNormalize, course: Course, notes: Mapping) -> None:
     """Write the run's state; `notes` are plain values of the trainer's own."""
     generator = np.random.get_state(legacy=False)  # noqa: NPY002  stable-baselines3 draws from it
     state = course.state()
@@ -62,8 +63,10 @@ def save(path: Path, settings: Settings, model: PPO, env: VecNormalize, course: 
         "notes": dict(notes),
     }
     arrays = {f"policy/{name}": tensor.cpu().numpy() for name, tensor in model.policy.state_dict().items()}
-    for index, moments in model.policy.optimizer.state_dict()["state"].items():
-        arrays |= {f"optimizer/{index}/{name}": value.cpu().numpy() for name, value in moments.items()}
+    for owner, optimiser in model.optimisers().items():
+        for index, moments in optimiser.state_dict()["state"].items():
+            arrays |= {f"{owner}/{index}/{name}": value.cpu().numpy() for name, value in moments.items()}
+    arrays |= {f"own/{name}": array for name, array in model.own_state().items()}
     arrays |= {f"worlds/{name}": array for name, array in state.items()}
     arrays |= {f"seen/{name}": array for name, array in model._last_obs.items()}
     arrays |= {f"running/{name}": array for name, array in _running(env).items()}
@@ -87,7 +90,7 @@ def read(path: Path) -> Checkpoint:
 def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
     here = json.loads(json.dumps(settings.to_dict()))
-    wanted, kept = dict(_flat(here)), dict(_flat(found.metadata["settings"]))
+    wanted, kept = dict(_flat(here)), {**SINCE, **dict(_flat(found.metadata["settings"]))}
     other = [key for key in {**wanted, **kept} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])
@@ -97,16 +100,18 @@ def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
         )
 
 
-def restore(found: Checkpoint, model: PPO, env: VecNormalize, course: Course) -> None:
+def restore(found: Checkpoint, model: Model, env: VecNormalize, course: Course) -> None:
     """Let a model and worlds that were made by the same settings, at the same stage, go on from a checkpoint."""
     metadata, arrays = found
-    worlds = _under(arrays, "worlds/")
+    worlds = under(arrays, "worlds/")
     course.set_state({**worlds, "judged": metadata["judged"]})
-    model.policy.load_state_dict({name: torch.from_numpy(array) for name, array in _under(arrays, "policy/").items()})
-    _restore_optimiser(model.policy.optimizer, _under(arrays, "optimizer/"))
+    model.policy.load_state_dict({name: torch.from_numpy(array) for name, array in under(arrays, "policy/").items()})
+    for owner, optimiser in model.optimisers().items():
+        _restore_optimiser(optimiser, under(arrays, f"{owner}/"))
+    model.set_own_state(under(arrays, "own/"))
     model.num_timesteps, model._n_updates = metadata["steps"], metadata["updates"]
-    model._last_obs, model._last_episode_starts = _under(arrays, "seen/"), arrays["begins"]
-    for name, array in _under(arrays, "running/").items():
+    model._last_obs, model._last_episode_starts = under(arrays, "seen/"), arrays["begins"]
+    for name, array in under(arrays, "running/").items():
         where, _, part = name.partition(".")
         holder = {"env": env, "returns": env.ret_rms, "pose": getattr(env, "obs_rms", {}).get("pose")}[where]
         setattr(holder, part, float(array) if array.ndim == 0 else array)
@@ -130,10 +135,6 @@ def _running(env: VecNormalize) -> dict[str, np.ndarray]:
     owners = {"returns": env.ret_rms, **({"pose": env.obs_rms["pose"]} if env.norm_obs else {})}
     found = {f"{name}.{part}": np.asarray(getattr(owner, part)) for name, owner in owners.items() for part in RUNNING}
     return {**found, "env.returns": env.returns}
-
-
-def _under(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
 
 
 def _flat(tree: Any, key: str = "") -> Iterator[tuple[str, Any]]:

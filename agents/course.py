@@ -6,11 +6,13 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
+from gymnasium import spaces
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from dirt_env.config import load
 from dirt_env.split import training_seeds
 
+from .frames import STACKED, Frames
 from .settings import Settings, Stage, overrides_of
 from .vec_env import DirtPushVecEnv
 
@@ -38,6 +40,8 @@ class Course(DirtPushVecEnv):
         """Make the worlds of stage `number`."""
         self.settings, self.number = settings, number
         super().__init__(settings.worlds.count, info="end", **worlds_of(settings, self.stage))
+        self.frames = Frames(settings.worlds.frames)
+        self.observation_space = _stacked(self.observation_space, settings.worlds.frames)
         self.returns = np.zeros(self.num_envs)
         self.ended: list[Ended] = []
         self.seconds = 0.0  # spent in the environment
@@ -55,8 +59,13 @@ class Course(DirtPushVecEnv):
         self._seeds = training_seeds(np.random.default_rng([seed, self.number]), self.num_envs)
         return self._seeds
 
+    def reset(self) -> VecEnvObs:
+        """As in `DirtPushVecEnv`; what was seen before is forgotten."""
+        self.frames.forget()
+        return self.frames.add(super().reset())
+
     def step_wait(self) -> VecEnvStepReturn:
-        """As in `DirtPushVecEnv`; takes the time, and notes the episodes that end."""
+        """As in `DirtPushVecEnv`, with the frames before; takes the time, and notes the episodes that end."""
         begun = perf_counter()
         observations, rewards, done, infos = super().step_wait()
         self.returns += rewards
@@ -68,6 +77,8 @@ class Course(DirtPushVecEnv):
             self.ended.append(Ended(level, float(self.returns[world]), info["share_in_goal"], success, steps))
             self._judged[level].append(success)
             self.returns[world] = 0.0
+            info["terminal_observation"] = self.frames.last(info["terminal_observation"], world)
+        observations = self.frames.add(observations, begins=done)
         self.seconds += perf_counter() - begun
         return observations, rewards, done, infos
 
@@ -96,6 +107,7 @@ class Course(DirtPushVecEnv):
             "lengths": np.array([len(state) for state in states]),
             "returns": self.returns.copy(),
             "judged": [list(sheet) for sheet in self._judged.values()],
+            **{f"frames.{name}": array for name, array in self.frames.kept.items()},
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
@@ -104,6 +116,8 @@ class Course(DirtPushVecEnv):
         whole = state["bytes"].tobytes()
         self.native.set_state([whole[end - length : end] for end, length in zip(ends, state["lengths"], strict=True)])
         self.returns[:] = state["returns"]
+        if self.frames.count > 1:
+            self.frames.kept = {name: state[f"frames.{name}"] for name in STACKED}
         for sheet, kept in zip(self._judged.values(), state["judged"], strict=True):
             sheet.extend(kept)
 
@@ -125,3 +139,12 @@ def worlds_of(settings: Settings, stage: Stage) -> dict[str, Any]:
         "threads": worlds.threads,
         **worlds.set,
     }
+
+
+def _stacked(space: spaces.Dict, frames: int) -> spaces.Dict:
+    """The space of so many frames as one observation."""
+    many = {
+        name: spaces.Box(np.concatenate([space[name].low] * frames), np.concatenate([space[name].high] * frames))
+        for name in STACKED
+    }
+    return spaces.Dict({**space.spaces, **many})

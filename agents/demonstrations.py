@@ -11,6 +11,7 @@ from dirt_env.policy import load_policy
 from dirt_env.split import training_seeds
 
 from .course import worlds_of
+from .frames import Frames
 from .settings import Settings
 
 BEGINS, LASTS = 0.03, (2, 8)  # chance of a disturbance in a step; its length [steps], less than the second
@@ -38,12 +39,13 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
     for policy in policies:
         policy.reset(int(generator.integers(2**31)))
     observations, _ = env.reset(seed=training_seeds(generator, teacher.worlds))
+    frames, ended = Frames(settings.worlds.frames), None
     disturbed, left = np.zeros((teacher.worlds, 3)), np.zeros(teacher.worlds, int)
     try:
         for step in range(-(-teacher.steps // teacher.worlds)):
             asked = [policy.act(_of(observations, world)) for world, policy in enumerate(policies)]
             wanted = np.clip(np.stack(asked).astype(np.float32), -1.0, 1.0)
-            yield (step + 1) * teacher.worlds, Demonstrations(_seen(observations), wanted)
+            yield (step + 1) * teacher.worlds, Demonstrations(frames.add(_seen(observations), ended), wanted)
             begins = (left == 0) & (generator.random(teacher.worlds) < BEGINS)
             left[begins] = generator.integers(*LASTS, begins.sum())
             disturbed[begins] = generator.uniform(-1.0, 1.0, (begins.sum(), 3))
@@ -51,7 +53,8 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
             done += generator.normal(0.0, teacher.noise, done.shape)
             left[left > 0] -= 1
             observations, _, terminated, truncated, _ = env.step(done)
-            for world in np.flatnonzero(terminated | truncated):
+            ended = terminated | truncated
+            for world in np.flatnonzero(ended):
                 policies[world].reset(int(generator.integers(2**31)))
     finally:
         env.close()

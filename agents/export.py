@@ -1,39 +1,59 @@
 """A trained model's actor as arrays that `agents/network.py` reads."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.sac.policies import SACPolicy
 from torch import nn
 
 from dirt_env.config import SceneConfig
-from dirt_env.task.observation import POSE_ENTRIES
+
+
+class Actor(NamedTuple):
+    """The layers of a model's actor, and how the last one's values become actions (`network.SQUASHES`)."""
+
+    convolutions: list[nn.Conv2d]
+    hidden: list[nn.Linear]
+    action: nn.Linear
+    squash: str
+
+
+def actor_of(policy: Any) -> Actor:
+    """The actor of a policy of PPO or SAC."""
+    if isinstance(policy, SACPolicy):
+        actor = policy.actor
+        extractor, dense, action, squash = actor.features_extractor, actor.latent_pi, actor.mu, "tanh"
+    else:
+        extractor, dense, action = policy.features_extractor, policy.mlp_extractor.policy_net, policy.action_net
+        squash = "clip"
+    convolutions = [layer for layer in extractor.convolutions if isinstance(layer, nn.Conv2d)]
+    hidden = [extractor.dense, *(layer for layer in dense if isinstance(layer, nn.Linear))]
+    return Actor(convolutions, hidden, action, squash)
 
 
 def actor_arrays(policy: Any, normaliser: VecNormalize) -> dict[str, np.ndarray]:
     """Weights of the actor, f4 by name, with the mean and the scale that its pose entries are normalised by."""
-    extractor = policy.features_extractor
-    convolutions = [layer for layer in extractor.convolutions if isinstance(layer, nn.Conv2d)]
-    hidden = [layer for layer in policy.mlp_extractor.policy_net if isinstance(layer, nn.Linear)]
-    named = {f"conv{i}": layer for i, layer in enumerate(convolutions)}
-    named |= {f"hidden{i}": layer for i, layer in enumerate([extractor.dense, *hidden])}
-    named["action"] = policy.action_net
+    actor = actor_of(policy)
+    named = {f"conv{i}": layer for i, layer in enumerate(actor.convolutions)}
+    named |= {f"hidden{i}": layer for i, layer in enumerate(actor.hidden)}
+    named["action"] = actor.action
     arrays = {
         f"{name}.{part}": getattr(layer, part).detach().cpu().numpy().astype(np.float32)
         for name, layer in named.items()
         for part in ("weight", "bias")
     }
-    mean, scale = np.zeros(len(POSE_ENTRIES)), np.ones(len(POSE_ENTRIES))
+    entries = normaliser.observation_space["pose"].shape
+    mean, scale = np.zeros(entries), np.ones(entries)
     if normaliser.norm_obs:
         running = normaliser.obs_rms["pose"]
         mean, scale = running.mean, np.sqrt(running.var + normaliser.epsilon)
     return {**arrays, "pose.mean": mean.astype(np.float32), "pose.scale": scale.astype(np.float32)}
 
 
-def actor_metadata(policy: Any, config: SceneConfig, clip: float) -> dict[str, Any]:
-    """What the arrays have to be read with: the observation, the strides, the number of hidden layers, the clip."""
-    extractor, seen = policy.features_extractor, config.observation
-    hidden = 1 + sum(isinstance(layer, nn.Linear) for layer in policy.mlp_extractor.policy_net)
+def actor_metadata(policy: Any, config: SceneConfig, frames: int, clip: float) -> dict[str, Any]:
+    """What the arrays have to be read with: observation, frames, strides, number of hidden layers, clip, squash."""
+    actor, seen = actor_of(policy), config.observation
     return {
         "observation": {
             "size": seen.size,
@@ -44,7 +64,9 @@ def actor_metadata(policy: Any, config: SceneConfig, clip: float) -> dict[str, A
             "overview": seen.overview,
         },
         "action": {"blade": config.action.blade},
-        "strides": [layer.stride[0] for layer in extractor.convolutions if isinstance(layer, nn.Conv2d)],
-        "hidden": hidden,
+        "frames": frames,
+        "strides": [layer.stride[0] for layer in actor.convolutions],
+        "hidden": len(actor.hidden),
         "clip": clip,
+        "squash": actor.squash,
     }

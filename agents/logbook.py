@@ -15,17 +15,24 @@ from .selection import Score
 
 TRAINING, SELECTION = "training.csv", "selection.csv"
 EPISODE = ("return", "share_end", "success", "length")
-UPDATE = {  # name: that of stable-baselines3
-    "learning_rate": "train/learning_rate",
-    "kl": "train/approx_kl",
-    "clip_fraction": "train/clip_fraction",
-    "policy_loss": "train/policy_gradient_loss",
-    "value_loss": "train/value_loss",
-    "explained_variance": "train/explained_variance",
-    "std": "train/std",
+UPDATE = {  # of each algorithm, name: that of stable-baselines3
+    "ppo": {
+        "learning_rate": "train/learning_rate",
+        "kl": "train/approx_kl",
+        "clip_fraction": "train/clip_fraction",
+        "policy_loss": "train/policy_gradient_loss",
+        "value_loss": "train/value_loss",
+        "explained_variance": "train/explained_variance",
+        "std": "train/std",
+    },
+    "sac": {
+        "learning_rate": "train/learning_rate",
+        "actor_loss": "train/actor_loss",
+        "critic_loss": "train/critic_loss",
+        "ent_coef": "train/ent_coef",
+    },
 }
 TIME = ("environment", "inference", "update", "steps_per_s", "cpu_seconds")
-COLUMNS = ("steps", "seconds", "stage", "episodes", *EPISODE, *UPDATE, *TIME)
 
 
 class Table:
@@ -56,9 +63,11 @@ class Table:
 class Logbook:
     """The files of one run, from `steps` on."""
 
-    def __init__(self, out: Path, steps: int) -> None:
+    def __init__(self, out: Path, steps: int, algorithm: str) -> None:
         """Open the files in the folder; what they say of later steps, from before a crash, is dropped."""
-        self._training = Table(out / TRAINING, COLUMNS, steps)
+        self._update = UPDATE[algorithm]
+        columns = ("steps", "seconds", "stage", "episodes", *EPISODE, *self._update, *TIME)
+        self._training = Table(out / TRAINING, columns, steps)
         self._selection = Table(out / SELECTION, ("steps", "seconds", *Score._fields), steps)
         self._board = SummaryWriter(str(out / "tensorboard"), purge_step=steps + 1)
 
@@ -76,7 +85,7 @@ class Logbook:
         if ended:
             columns = zip(*(one[1:] for one in ended), strict=True)
             means = {name: float(np.mean(column)) for name, column in zip(EPISODE, columns, strict=True)}
-        found = {name: float(update[key]) for name, key in UPDATE.items() if key in update}
+        found = {name: float(update[key]) for name, key in self._update.items() if key in update}
         row = {"steps": steps, "seconds": seconds, "stage": stage, "episodes": len(ended), **means, **found, **time}
         self._training.add(row)
         for name, value in {**means, **found, **time, "stage": stage}.items():

@@ -2,7 +2,8 @@
 
 The file is a .npz without pickles: the weights, and a JSON text `metadata` that says what observation they are for and
 where they come from. The network: convolutions over the patch (ReLU); what they give, the pose and the overview (if it
-is looked at) side by side through dense layers (tanh), the last of them the mean action, clipped to [-1, 1].
+is looked at) side by side through dense layers (tanh), the last of them the mean action, squashed to [-1, 1] as
+`squash` says. It sees the last `frames` patches and poses.
 """
 
 import warnings
@@ -21,10 +22,13 @@ from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
 
 from .archive import packed, unpacked
+from .frames import Frames
 from .settings import OVERVIEW_GAIN
 
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
+SQUASHES = {"clip": lambda values: np.clip(values, -1.0, 1.0), "tanh": np.tanh}  # PPO's mean action, and SAC's
+MEANT = {"frames": 1, "squash": "clip"}  # by files from before there was anything else
 
 
 @dataclass(frozen=True)
@@ -67,9 +71,13 @@ class Network:
     pose_mean: np.ndarray
     pose_scale: np.ndarray
     clip: float
+    squash: str = "clip"
 
     def actions(self, patch: np.ndarray, pose: np.ndarray, overview: np.ndarray | None) -> np.ndarray:
-        """Actions f4[n, 3] in [-1, 1] for patches f4[n, channels, P, P], poses f4[n, 15], overviews f4[n, 2, K, K]."""
+        """Actions f4[n, 3] in [-1, 1] for patches f4[n, f channels, P, P], poses f4[n, 15 f], overviews f4[n, 2, K, K].
+
+        f is the number of frames.
+        """
         for convolution in self.convolutions:
             patch = convolution(patch)
         pose = np.clip((pose - self.pose_mean) / self.pose_scale, -self.clip, self.clip)
@@ -79,11 +87,11 @@ class Network:
         values = np.concatenate(seen, axis=1)
         for layer in self.hidden:
             values = np.tanh(layer(values))
-        return np.clip(self.action(values), -1.0, 1.0)
+        return SQUASHES[self.squash](self.action(values))
 
 
 class LearnedPolicy:
-    """Acts by a network that was trained; the same observation gives the same action."""
+    """Acts by a network that was trained; the same observations since `reset` give the same actions."""
 
     sees = "patch"
 
@@ -91,19 +99,25 @@ class LearnedPolicy:
         """`metadata["observation"]` and `["action"]`: the keys of the scene's tables that it was trained with."""
         self.network, self.metadata = network, metadata
         self.observation, self.action = dict(metadata["observation"]), dict(metadata["action"])
+        self._frames = Frames(metadata["frames"])
 
     def reset(self, seed: int | None = None) -> None:
-        """Nothing to forget."""
+        """Forget what was seen; nothing is drawn."""
+        self._frames.forget()
 
     def act(self, observation: Observation) -> np.ndarray:
         """Action (3,) in [-1, 1]."""
         return self.act_all({name: array[None] for name, array in observation.items()})[0]
 
-    def act_all(self, observations: Observation) -> np.ndarray:
-        """Actions (n, 3) in [-1, 1] for the observations of a batch."""
+    def act_all(self, observations: Observation, begins: np.ndarray | None = None) -> np.ndarray:
+        """Actions (n, 3) in [-1, 1] for the observations of a batch, the same n worlds until `reset`.
+
+        `begins` bool[n] are the worlds in which an episode has ended and these are the first observations of the next.
+        """
         self._check(observations)
-        overview = observations["overview"] if self.observation.get("overview") else None
-        return self.network.actions(observations["patch"], observations["pose"], overview)
+        seen = self._frames.add(observations, begins)
+        overview = seen["overview"] if self.observation.get("overview") else None
+        return self.network.actions(seen["patch"], seen["pose"], overview)
 
     def _check(self, observations: Observation) -> None:
         """Raise ValueError where this is not what it was trained with."""
@@ -145,7 +159,9 @@ def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
 def describe(path: Path) -> str:
     """What a policy's file says of itself, in a line."""
     training = unpacked(path, FORMAT)[1]["training"]
-    return f"Learned by PPO, seed {training['seed']}: {training['settings']['description']}"
+    settings = training["settings"]
+    algorithm = settings.get("algorithm", "ppo").upper()  # files from before there was another do not say
+    return f"Learned by {algorithm}, seed {training['seed']}: {settings['description']}"
 
 
 def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:
@@ -153,8 +169,12 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
     missing = [name for name in ("observation", "action", "strides", "hidden", "clip") if name not in metadata]
     if missing:
         raise ValueError(f"its metadata has no {' and no '.join(missing)}")
+    metadata = {**MEANT, **metadata}
+    frames, squash = metadata["frames"], metadata["squash"]
+    if squash not in SQUASHES:
+        raise ValueError(f"its squash is {squash!r}; allowed: {', '.join(SQUASHES)}")
     strides, observation = metadata["strides"], metadata["observation"]
-    channels, size = len(observation["channels"]), observation["size"]
+    channels, size, entries = frames * len(observation["channels"]), observation["size"], frames * len(POSE_ENTRIES)
     convolutions = []
     for number, stride in enumerate(strides):
         weight = _array(arrays, f"conv{number}.weight", (None, channels, None, None))
@@ -162,14 +182,14 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
         size = (size - kernel) // stride + 1
         convolutions.append(Convolution(weight, _array(arrays, f"conv{number}.bias", (channels,)), stride))
     overview = 2 * OVERVIEW**2 if observation.get("overview") else 0
-    width, hidden = channels * size * size + len(POSE_ENTRIES) + overview, []
+    width, hidden = channels * size * size + entries + overview, []
     for number in range(metadata["hidden"]):
         weight = _array(arrays, f"hidden{number}.weight", (None, width))
         width = weight.shape[0]
         hidden.append(Dense(weight, _array(arrays, f"hidden{number}.bias", (width,))))
     action = Dense(_array(arrays, "action.weight", (ACTIONS, width)), _array(arrays, "action.bias", (ACTIONS,)))
-    mean, scale = (_array(arrays, f"pose.{name}", (len(POSE_ENTRIES),)) for name in ("mean", "scale"))
-    network = Network(tuple(convolutions), tuple(hidden), action, mean, scale, float(metadata["clip"]))
+    mean, scale = (_array(arrays, f"pose.{name}", (entries,)) for name in ("mean", "scale"))
+    network = Network(tuple(convolutions), tuple(hidden), action, mean, scale, float(metadata["clip"]), squash)
     return LearnedPolicy(network, metadata)
 
 

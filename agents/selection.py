@@ -57,14 +57,17 @@ class Selection:
     def _play(
         self, policy: LearnedPolicy, level: int | None, steps: int, period: float, env: gymnasium.vector.VectorEnv
     ) -> Score:
+        policy.reset()
         observations, _ = env.reset(seed=list(self._seeds))
+        begins = None
         potential = np.array([world.episode.start.potential for world in env.envs])
         count = len(potential)
         over, success = np.zeros(count, bool), np.zeros(count, bool)
         share, area, work, time = np.zeros((4, count))
         for _ in range(steps):
-            observations, _, terminated, truncated, infos = env.step(policy.act_all(observations))
-            ends = (terminated | truncated) & ~over
+            observations, _, terminated, truncated, infos = env.step(policy.act_all(observations, begins))
+            begins = terminated | truncated
+            ends = begins & ~over
             plays = ~over & ~ends  # where an episode ends, the batch's infos are of the next one's beginning
             for mask, told in ((plays, infos), (ends, infos.get("final_info"))):
                 if mask.any():

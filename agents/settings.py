@@ -6,17 +6,19 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from dirt_env.config import load
+from dirt_env.config import SceneConfig, load
 from dirt_env.config.loading import merge
 from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
 from dirt_env.policy import load_policy, needed
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
+from dirt_env.task.observation import POSE_ENTRIES
+from dirt_env.task.site_map import OVERVIEW
+
+from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, SHARE, Ppo, Sac
 
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
 
-FROM_ONE = Number(1, whole=True)
-POSITIVE = Number(0, above=True)
-SHARE = Number(0, 1)
+FRAMES = Number(1, 16, whole=True)
 WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
 
 
@@ -24,7 +26,8 @@ WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layo
 class Worlds:
     """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them.
 
-    Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes.
+    Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes. The network sees
+    the last `frames` patches and poses side by side.
     """
 
     count: int = 256
@@ -32,6 +35,7 @@ class Worlds:
     set: Mapping[str, Any] = field(default_factory=dict)
     threads: int = 1
     steps: int | None = None
+    frames: int = 1
 
 
 @dataclass(frozen=True)
@@ -78,29 +82,6 @@ class Teacher:
 
 
 @dataclass(frozen=True)
-class Ppo:
-    """Hyperparameters of PPO under the names of stable-baselines3; `final_rate` is a share of `learning_rate`.
-
-    With a `log_std_final` the logarithm of the actions' deviation is not learned but falls evenly to that.
-    """
-
-    n_steps: int = 32
-    batch_size: int = 2048
-    n_epochs: int = 4
-    learning_rate: float = 5e-4
-    final_rate: float = 0.1
-    gamma: float = 0.99
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    ent_coef: float = 0.0
-    vf_coef: float = 0.5
-    max_grad_norm: float = 0.5
-    target_kl: float = 0.03
-    log_std_init: float = -0.3
-    log_std_final: float | None = None
-
-
-@dataclass(frozen=True)
 class Normalise:
     """Whether pose entries and returns are divided by their running spread, and where they are clipped then."""
 
@@ -121,25 +102,32 @@ class Record:
 
 @dataclass(frozen=True)
 class Settings:
-    """One training run. Made by `load_settings`, which checks it."""
+    """One training run by PPO or SAC, with the table of that alone. Made by `load_settings`, which checks it."""
 
     name: str = "training"
     description: str = ""
     steps: int = 10_000_000
     seed: int = 0
     device: str = "cpu"
+    algorithm: str = "ppo"
     worlds: Worlds = Worlds()
     stages: tuple[Stage, ...] = (Stage(),)
     network: Network = Network()
     teacher: Teacher = Teacher()
-    ppo: Ppo = Ppo()
+    ppo: Ppo | None = None
+    sac: Sac | None = None
     normalise: Normalise = Normalise()
     record: Record = Record()
 
     @property
+    def learner(self) -> Ppo | Sac:
+        """The hyperparameters of the algorithm."""
+        return getattr(self, self.algorithm)
+
+    @property
     def rollout(self) -> int:
         """Steps of the environment from one update to the next."""
-        return self.worlds.count * self.ppo.n_steps
+        return self.worlds.count * self.learner.steps_of_a_world
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data (numbers, texts, lists, dicts), as a file has it."""
@@ -190,8 +178,17 @@ TRAINING = Table(
         "steps": FROM_ONE,
         "seed": Number(0, whole=True),
         "device": Choice(("cpu", "cuda", "auto")),
+        "algorithm": Choice(tuple(ALGORITHMS)),
         "worlds": Table(
-            Worlds, {"count": WORLDS, "scene": SceneName(), "set": SceneKeys(), "threads": FROM_ONE, "steps": FROM_ONE}
+            Worlds,
+            {
+                "count": WORLDS,
+                "scene": SceneName(),
+                "set": SceneKeys(),
+                "threads": FROM_ONE,
+                "steps": FROM_ONE,
+                "frames": FRAMES,
+            },
         ),
         "stage": Many(STAGE),
         "network": Table(
@@ -217,25 +214,7 @@ TRAINING = Table(
                 "critic_steps": Number(0, whole=True),
             },
         ),
-        "ppo": Table(
-            Ppo,
-            {
-                "n_steps": FROM_ONE,
-                "batch_size": Number(2, whole=True),
-                "n_epochs": FROM_ONE,
-                "learning_rate": POSITIVE,
-                "final_rate": SHARE,
-                "gamma": SHARE,
-                "gae_lambda": SHARE,
-                "clip_range": POSITIVE,
-                "ent_coef": Number(0),
-                "vf_coef": Number(0),
-                "max_grad_norm": POSITIVE,
-                "target_kl": POSITIVE,
-                "log_std_init": Number(-5, 2),
-                "log_std_final": Number(-5, 2),
-            },
-        ),
+        **ALGORITHMS,
         "normalise": Table(Normalise, {"pose": Flag(), "returns": Flag(), "clip": POSITIVE}),
         "record": Table(
             Record, {"evaluate_every": FROM_ONE, "levels": LEVELS, "layouts": FROM_ONE, "save_every": FROM_ONE}
@@ -252,7 +231,7 @@ def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
     """
     written = read_file(path, overrides)
     known_keys(written, "", TRAINING.rules)
-    settings = replace(TRAINING.read(written, "", path.parent), name=path.stem)
+    settings = replace(_completed(TRAINING.read(written, "", path.parent)), name=path.stem)
     _check(settings)
     return settings
 
@@ -273,21 +252,66 @@ def overrides_of(settings: Settings, level: int | None) -> dict[str, Any]:
     return {**settings.worlds.set, **({} if level is None else {"level": level})}
 
 
+def _completed(settings: Settings) -> Settings:
+    """With the table of the algorithm, all defaults if it was left out; ValueError if another one's is there."""
+    name = settings.algorithm
+    for other in ALGORITHMS:
+        if other != name and getattr(settings, other) is not None:
+            raise ValueError(
+                f"{other} is a table for another algorithm than {name}; allowed: a table {name} (or none), "
+                f'or algorithm = "{other}"'
+            )
+    return replace(settings, **{name: getattr(settings, name) or ALGORITHMS[name].make()})
+
+
 def _check(settings: Settings) -> None:
     """Raise ValueError where values do not go together."""
     ppo = settings.ppo
-    if settings.rollout % ppo.batch_size:
+    if ppo is not None and settings.rollout % ppo.batch_size:
         raise ValueError(
             f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
         )
     _check_stages(settings)
     _check_teacher(settings)
     played = [*settings.stages, settings.record]
-    for level in {level for one in played for level in one.levels or (None,)}:
-        seen = load(settings.worlds.scene, **overrides_of(settings, level)).observation
-        if seen.map:
+    levels = {level for one in played for level in one.levels or (None,)}
+    configs = [load(settings.worlds.scene, **overrides_of(settings, level)) for level in levels]
+    for config in configs:
+        if config.observation.map:
             raise ValueError("worlds.set.observation asks for map; allowed: patch, pose and overview")
-        check_network(settings.network, seen.size)
+        check_network(settings.network, config.observation.size)
+    if settings.sac is not None:
+        _check_sac(settings, settings.sac, step_bytes(configs[0], settings.worlds.frames))
+
+
+def _check_sac(settings: Settings, sac: Sac, size: int) -> None:
+    """Raise ValueError where SAC cannot do what is asked for; `size` is that of a step in the buffer [bytes]."""
+    if settings.teacher.policy:
+        raise ValueError(
+            f'teacher.policy is {settings.teacher.policy!r} with algorithm "sac", which begins from nothing; '
+            'allowed: no teacher, or algorithm = "ppo"'
+        )
+    taken, room = sac.buffer_size * size / 1e9, int(sac.memory * 1e9 / size)
+    if taken > sac.memory:
+        raise ValueError(
+            f"sac.buffer_size is {sac.buffer_size}, which takes {taken:.2f} GB ({size:,} bytes a step); allowed: at "
+            f"most {room} in sac.memory = {sac.memory:g} GB, or more memory"
+        )
+    least = max(settings.rollout, sac.batch_size)
+    if sac.buffer_size < least:
+        raise ValueError(
+            f"sac.buffer_size is {sac.buffer_size}; allowed: at least {least}, a batch and "
+            "worlds.count x sac.train_freq"
+        )
+    if sac.learning_starts >= settings.steps:
+        raise ValueError(f"sac.learning_starts is {sac.learning_starts}; allowed: less than steps = {settings.steps}")
+
+
+def step_bytes(config: SceneConfig, frames: int) -> int:
+    """What a step takes in the buffer of SAC: what was seen before and after it, action, reward, two marks."""
+    seen = config.observation
+    pictures = frames * len(config.channels) * seen.size**2 + (2 * OVERVIEW**2 if seen.overview else 0)
+    return 2 * (2 * pictures + 4 * frames * len(POSE_ENTRIES)) + 4 * (3 + 1 + 2)
 
 
 def _check_teacher(settings: Settings) -> None:

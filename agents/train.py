@@ -22,7 +22,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser("train", description="Train a policy by PPO; go on where a run was stopped.")
+    parser = argparse.ArgumentParser(
+        "train", description="Train a policy by PPO or SAC; go on where a run was stopped."
+    )
     parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="settings of the run, a TOML file")
     parser.add_argument("--seed", type=int, metavar="S", help="of the run (default: the file's)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the run (default: runs/train/NAME-seedS)")

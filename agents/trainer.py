@@ -1,4 +1,4 @@
-"""A training run from its settings to the policy file: PPO of stable-baselines3 on the native batch."""
+"""A training run from its settings to the policy file: PPO or SAC of stable-baselines3 on the native batch."""
 
 from pathlib import Path
 from time import perf_counter, process_time
@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 import torch
-from stable_baselines3 import PPO
-from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecNormalize
 
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 
 from . import checkpoint
+from .algorithms import make_model
 from .course import Course
 from .export import actor_arrays, actor_metadata
-from .extractor import PatchPoseOverview
+from .hyperparameters import Ppo
 from .imitation import imitate, let_learn
 from .logbook import Logbook
 from .network import read, written
@@ -25,24 +24,7 @@ from .settings import Settings
 from .signals import caught_signals
 
 SPENT = ("seconds", "cpu_seconds")  # wall time and time of the processor, imitation included
-OWN = ("final_rate", "log_std_init", "log_std_final")  # what of the table `ppo` is no argument of PPO
 CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
-
-
-class LongPPO(PPO):
-    """PPO whose progress is that of the whole run, though `learn` is called for one rollout at a time."""
-
-    run_steps = 1
-    update_seconds = 0.0  # spent in updates
-
-    def train(self) -> None:
-        """One update, on the rollout that was collected."""
-        begun = perf_counter()
-        super().train()
-        self.update_seconds += perf_counter() - begun
-
-    def _update_current_progress_remaining(self, num_timesteps: int, total_timesteps: int) -> None:
-        super()._update_current_progress_remaining(min(num_timesteps, self.run_steps), self.run_steps)
 
 
 class Trainer:
@@ -57,7 +39,7 @@ class Trainer:
         if found is not None:
             checkpoint.agree(found, settings, path)
         self.course = Course(settings, 0 if found is None else found.metadata["stage"])
-        normalise, gamma = settings.normalise, settings.ppo.gamma
+        normalise, gamma = settings.normalise, settings.learner.gamma
         self.env = VecNormalize(
             self.course,
             norm_obs=normalise.pose,
@@ -67,7 +49,7 @@ class Trainer:
             clip_reward=normalise.clip,
             gamma=gamma,
         )
-        self.model = self._make_model()
+        self.model = make_model(settings, self.env)
         self.notes: dict[str, Any] = {
             **dict.fromkeys(SPENT, 0.0),
             "stage_began": 0,
@@ -77,7 +59,7 @@ class Trainer:
         }
         self.resumed = found is not None
         if found is None:
-            self._begin_episodes()
+            self.model.begin_episodes(self.env)
         else:
             checkpoint.restore(found, self.model, self.env, self.course)
             self.notes = found.metadata["notes"]
@@ -96,7 +78,7 @@ class Trainer:
 
     def run(self) -> int | None:
         """Train to the end; returns None, or the number of the signal that stopped it, after a save."""
-        logbook = Logbook(self.out, self.steps)
+        logbook = Logbook(self.out, self.steps, self.settings.algorithm)
         progress = Progress(self.settings.steps)
         with caught_signals() as stopped:
             try:
@@ -128,7 +110,7 @@ class Trainer:
         begun, busy = perf_counter(), process_time()
         if not imitate(self.settings, self.model, self.env, tell):
             return False
-        self._begin_episodes()
+        self.model.begin_episodes(self.env)
         wall = perf_counter() - begun
         self.notes |= {"seconds": wall, "cpu_seconds": process_time() - busy}
         self._save()
@@ -137,9 +119,9 @@ class Trainer:
     def _iterate(self, logbook: Logbook) -> None:
         """One rollout and update, and what is due after it: log, evaluation, next stage, save."""
         begun, environment, update = perf_counter(), self.course.seconds, self.model.update_seconds
-        busy, teacher = process_time(), self.settings.teacher
-        let_learn(self.model, critic_only=bool(teacher.policy) and self.steps < teacher.critic_steps)
-        self._set_deviation()
+        busy = process_time()
+        if self.settings.ppo is not None:
+            self._guide(self.settings.ppo)
         self.model.learn(self.settings.rollout, log_interval=None, reset_num_timesteps=False)
         wall = perf_counter() - begun
         self.notes["seconds"] += wall
@@ -159,13 +141,14 @@ class Trainer:
         if self.course.is_passed(self.steps - self.notes["stage_began"]):
             self.notes["stage_began"] = self.steps
             self.course.next_stage()
-            self._begin_episodes()
+            self.model.begin_episodes(self.env)
         if self._is_due(record.save_every):
             self._save()
 
-    def _set_deviation(self) -> None:
-        """Let the actions' deviation be what it is to be by now, unless it is learned."""
-        ppo, done = self.settings.ppo, min(self.steps / self.settings.steps, 1.0)
+    def _guide(self, ppo: Ppo) -> None:
+        """Let what is to learn by now learn, and the actions' deviation be what it is to be, unless it is learned."""
+        teacher, done = self.settings.teacher, min(self.steps / self.settings.steps, 1.0)
+        let_learn(self.model, critic_only=bool(teacher.policy) and self.steps < teacher.critic_steps)
         if ppo.log_std_final is not None:
             deviation = self.model.policy.log_std.requires_grad_(False)
             deviation.fill_(ppo.log_std_init + done * (ppo.log_std_final - ppo.log_std_init))
@@ -178,7 +161,8 @@ class Trainer:
         """Export the policy, play it on selection layouts by numpy, and keep it if it is the best so far."""
         config = self.course.native.envs[0].config
         arrays = actor_arrays(self.model.policy, self.env)
-        metadata = actor_metadata(self.model.policy, config, self.settings.normalise.clip)
+        settings = self.settings
+        metadata = actor_metadata(self.model.policy, config, settings.worlds.frames, settings.normalise.clip)
         scores = self._selection.score(read(arrays, metadata))
         logbook.judge(self.steps, self.notes["seconds"], scores)
         self.notes |= {"evaluated": self.steps, "scores": [score._asdict() for score in scores]}
@@ -196,34 +180,6 @@ class Trainer:
         if self.steps != self._saved:
             self._saved = self.steps
             checkpoint.save(self.out / CHECKPOINT, self.settings, self.model, self.env, self.course, self.notes)
-
-    def _begin_episodes(self) -> None:
-        """Start new episodes in all worlds, those of the stage that has just begun."""
-        self.model._last_obs = self.env.reset()
-        self.model._last_episode_starts = np.ones(self.course.num_envs, bool)
-
-    def _make_model(self) -> LongPPO:
-        """PPO with the network for patch and pose; its learning rate falls evenly over all steps of the run."""
-        ppo, network = self.settings.ppo, self.settings.network
-        same = {name: value for name, value in vars(ppo).items() if name not in OWN}
-        model = LongPPO(
-            "MultiInputPolicy",
-            self.env,
-            **{**same, "learning_rate": lambda left: ppo.learning_rate * (left + ppo.final_rate * (1.0 - left))},
-            seed=self.settings.seed,
-            device=self.settings.device,
-            policy_kwargs={
-                "features_extractor_class": PatchPoseOverview,
-                "features_extractor_kwargs": {"network": network},
-                "net_arch": list(network.hidden),
-                "activation_fn": torch.nn.Tanh,
-                "log_std_init": ppo.log_std_init,
-                "normalize_images": False,
-            },
-        )
-        model.run_steps = self.settings.steps
-        model.set_logger(Logger(None, []))
-        return model
 
     def _words(self) -> str:
         """What the progress bar says."""

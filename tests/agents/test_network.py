@@ -37,35 +37,42 @@ def test_a_convolution_is_a_sum_over_windows(stride):
     np.testing.assert_allclose(Convolution(weight, bias, stride)(images), expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("normalise", [True, False])
-def test_numpy_and_torch_act_the_same(normalise, tmp_path):
+@pytest.mark.parametrize(("frames", "normalise"), [(1, True), (1, False), (3, True)])
+def test_numpy_and_torch_act_the_same(frames, normalise, tmp_path):
     pytest.importorskip("stable_baselines3")
     import torch
     from dirt_env.agents.export import actor_arrays, actor_metadata
     from dirt_env.agents.trainer import Trainer
 
-    trainer = Trainer(smoke(normalise={"pose": normalise}, network={"hidden": [16, 8]}), tmp_path)
+    overrides = {"normalise": {"pose": normalise}, "network": {"hidden": [16, 8]}, "worlds": {"frames": frames}}
+    trainer = Trainer(smoke(**overrides), tmp_path)
     generator = np.random.default_rng(0)
     with torch.no_grad():
         for parameter in trainer.model.policy.parameters():
             parameter += 0.3 * torch.randn_like(parameter)
     if normalise:
-        trainer.env.obs_rms["pose"].update(generator.standard_normal((50, 15)))
-    seen = {
-        "patch": generator.standard_normal((64, 2, 8, 8)).astype(np.float32),
-        "pose": generator.uniform(-2, 2, (64, 15)).astype(np.float32),
-    }
-    expected, _ = trainer.model.predict(trainer.env.normalize_obs(seen), deterministic=True)
+        trainer.env.obs_rms["pose"].update(generator.standard_normal((50, 15 * frames)))
+    steps = [
+        {
+            "patch": generator.standard_normal((64, 2, 8, 8)).astype(np.float32),
+            "pose": generator.uniform(-2, 2, (64, 15)).astype(np.float32),
+        }
+        for _ in range(frames)
+    ]
+    stacked = {name: np.concatenate([seen[name] for seen in steps], axis=1) for name in ("patch", "pose")}
+    expected, _ = trainer.model.predict(trainer.env.normalize_obs(stacked), deterministic=True)
     config = trainer.course.native.envs[0].config
-    metadata = actor_metadata(trainer.model.policy, config, 10.0)
+    metadata = actor_metadata(trainer.model.policy, config, frames, 10.0)
     content = written(actor_arrays(trainer.model.policy, trainer.env), metadata)
     trainer.close()
     (tmp_path / "it.npz").write_bytes(content)
     policy = load(tmp_path / "it.npz", load_scene())
-    np.testing.assert_allclose(policy.act_all(seen), expected, atol=1e-5)
-    assert policy.act_all(seen).std(axis=0).min() > 0.1
-    one = {name: array[3] for name, array in seen.items()}
-    np.testing.assert_allclose(policy.act(one), expected[3], atol=1e-5)
+    acted = [policy.act_all(seen) for seen in steps][-1]
+    np.testing.assert_allclose(acted, expected, atol=1e-5)
+    assert acted.std(axis=0).min() > 0.1
+    policy.reset()
+    one = [policy.act({name: array[3] for name, array in seen.items()}) for seen in steps][-1]
+    np.testing.assert_allclose(one, expected[3], atol=1e-5)
     assert policy.observation["size"] == 8
 
 

@@ -18,10 +18,14 @@ def test_shipped_settings_are_read_and_written_back(path, tmp_path):
     assert load_settings(copy, {key: value for key, value in plain.items() if key != "name"}) == settings
 
 
+def shipped(name):
+    return next(path for path in SHIPPED if path.stem == name)
+
+
 def test_overrides_are_laid_over_the_file():
-    settings = load_settings(SHIPPED[0], {"ppo": {"gamma": 0.5}, "seed": 7})
+    settings = load_settings(shipped("ppo_heap"), {"ppo": {"gamma": 0.5}, "seed": 7})
     assert (settings.ppo.gamma, settings.seed) == (0.5, 7)
-    assert settings.ppo.n_steps == load_settings(SHIPPED[0], {}).ppo.n_steps
+    assert settings.ppo.n_steps == load_settings(shipped("ppo_heap"), {}).ppo.n_steps
 
 
 @pytest.mark.parametrize(
@@ -46,7 +50,37 @@ def test_overrides_are_laid_over_the_file():
 )
 def test_what_is_wrong_is_said(overrides, complaint):
     with pytest.raises(ValueError, match=complaint):
-        load_settings(next(path for path in SHIPPED if path.stem == "ppo_heap"), overrides)
+        load_settings(shipped("ppo_heap"), overrides)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "complaint"),
+    [
+        ({"algorithm": "ppo"}, 'sac is a table for another algorithm than ppo; .* or algorithm = "sac"'),
+        ({"ppo": {"gamma": 0.9}}, 'ppo is a table for another algorithm than sac; .* or algorithm = "ppo"'),
+        (
+            {"teacher": {"policy": "adaptive_push"}},
+            'teacher.policy is .adaptive_push. with algorithm "sac".*: no teacher',
+        ),
+        ({"sac": {"buffer_size": 10**6}}, r"1000000, which takes 3.34 GB \(3,344 bytes a step\); .* most 598086 in"),
+        ({"sac": {"buffer_size": 60}}, "sac.buffer_size is 60; allowed: at least 256, a batch and"),
+        ({"sac": {"learning_starts": 10**8}}, "sac.learning_starts is 100000000; allowed: less than steps = "),
+        ({"sac": {"ent_coef": "none"}}, 'sac.ent_coef is .none.; allowed: "auto" or a number >= 0'),
+        ({"sac": {"n_steps": 3}}, "sac.n_steps is not known"),
+        ({"worlds": {"frames": 17}}, "worlds.frames is 17; allowed: .* <= 16"),
+    ],
+)
+def test_what_is_wrong_of_sac_is_said(overrides, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        load_settings(shipped("sac_heap"), overrides)
+
+
+def test_a_run_has_the_table_of_its_algorithm_alone(tmp_path):
+    (tmp_path / "empty.toml").write_text("")
+    by_ppo, by_sac = (load_settings(tmp_path / "empty.toml", {"algorithm": name}) for name in ("ppo", "sac"))
+    assert by_ppo.sac is None
+    assert by_sac.ppo is None
+    assert (by_ppo.learner.n_steps, by_sac.learner.tau) == (32, 0.005)
 
 
 def test_a_file_that_is_none(tmp_path):
