@@ -9,6 +9,8 @@ from torch import nn
 
 from dirt_env.config import SceneConfig
 
+from .layers import arrays_of, weighted
+
 
 class Actor(NamedTuple):
     """The layers of a model's actor, and how the last one's values become actions (`network.SQUASHES`)."""
@@ -27,22 +29,14 @@ def actor_of(policy: Any) -> Actor:
     else:
         extractor, dense, action = policy.features_extractor, policy.mlp_extractor.policy_net, policy.action_net
         squash = "clip"
-    convolutions = [layer for layer in extractor.convolutions if isinstance(layer, nn.Conv2d)]
-    hidden = [extractor.dense, *(layer for layer in dense if isinstance(layer, nn.Linear))]
-    return Actor(convolutions, hidden, action, squash)
+    hidden = [extractor.dense, *weighted(dense, nn.Linear)]
+    return Actor(weighted(extractor.convolutions, nn.Conv2d), hidden, action, squash)
 
 
 def actor_arrays(policy: Any, normaliser: VecNormalize) -> dict[str, np.ndarray]:
     """Weights of the actor, f4 by name, with the mean and the scale that its pose entries are normalised by."""
     actor = actor_of(policy)
-    named = {f"conv{i}": layer for i, layer in enumerate(actor.convolutions)}
-    named |= {f"hidden{i}": layer for i, layer in enumerate(actor.hidden)}
-    named["action"] = actor.action
-    arrays = {
-        f"{name}.{part}": getattr(layer, part).detach().cpu().numpy().astype(np.float32)
-        for name, layer in named.items()
-        for part in ("weight", "bias")
-    }
+    arrays = arrays_of(actor.convolutions, actor.hidden, actor.action)
     entries = normaliser.observation_space["pose"].shape
     mean, scale = np.zeros(entries), np.ones(entries)
     if normaliser.norm_obs:

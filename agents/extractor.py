@@ -1,13 +1,13 @@
 """What the actor and the critic see: convolutions over the small patch; the pose and the overview beside them."""
 
 import math
-from itertools import pairwise
 
 import torch
 from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
+from .layers import convolutions_over
 from .settings import OVERVIEW_GAIN, Network
 
 
@@ -23,12 +23,7 @@ class PatchPoseOverview(BaseFeaturesExtractor):
         super().__init__(observation_space, network.features)
         patch = observation_space["patch"].shape
         beside = [space for name, space in observation_space.spaces.items() if name != "patch"]
-        channels, layers = pairwise((patch[0], *network.filters)), []
-        for (before, after), kernel, stride in zip(channels, network.kernels, network.strides, strict=True):
-            layers += [nn.Conv2d(before, after, kernel, stride), nn.ReLU()]
-        self.convolutions = nn.Sequential(*layers, nn.Flatten())
-        with torch.no_grad():
-            width = self.convolutions(torch.zeros(1, *patch)).shape[1]
+        self.convolutions, width = convolutions_over(patch, network)
         self.dense = nn.Linear(width + sum(math.prod(space.shape) for space in beside), network.features)
 
     def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:

@@ -1,6 +1,7 @@
-"""What acts: the protocol of policies; scripted ones by name, trained ones by file, your own by `module:attribute`.
+"""What acts: the protocol of policies, and how they are named.
 
-A scripted one with numbers of your own is named `NAME@FILE.toml`.
+Scripted ones and the trained ones that are shipped (ppo, ppo_seed0 and so on) have names; a scripted one with numbers
+of your own is `NAME@FILE.toml`, one that you trained its .npz file, one of your own `module:attribute`.
 """
 
 import sys
@@ -147,6 +148,8 @@ def _with_own_numbers(name: str, config: SceneConfig) -> Policy:
     able = [other for other in policy_names() if trained_file(other) is None and _has_numbers(other)]
     if behaviour not in able:
         raise ValueError(f"policy {name}: {behaviour or 'nothing'} has no numbers; allowed: {', '.join(able)}")
+    if not file:
+        raise ValueError(f"policy {name}: there is no file after {OWN_NUMBERS}; allowed: NAME@FILE.toml")
     return _module(behaviour).make(config, file)
 
 

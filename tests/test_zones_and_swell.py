@@ -13,9 +13,11 @@ from gymnasium.vector import AutoresetMode
 
 import dirt_env  # noqa: F401
 from baselines.pushing.imagine import ImaginedSite
+from baselines.pushing.site import Site
 from dirt_env.config import layout, load
 from dirt_env.config.presets import PRESETS
 from dirt_env.env import DirtPushEnv
+from dirt_env.policy import load_policy
 from dirt_env.rollout import REPORTED
 from tests.test_vector import assert_same_play
 
@@ -175,9 +177,52 @@ def test_a_heap_is_loose_from_the_start():
     assert world.bank.max() == 0.0 < world.height.max()
 
 
-def test_the_planner_imagines_the_scenes_soil_and_no_swell():
-    site = ImaginedSite(load(level=0, **FULL))
-    assert site._pull == load(level=0, soil=FULL["soil"], traction={}).pull
+@pytest.mark.parametrize("scene", [{"level": 0}, {"scene": "dig"}], ids=["random layout", "fixed scene"])
+def test_the_planner_imagines_zones_as_they_are(scene):
+    """Across a strip of heavy, cohesive ground, with traction, the copy goes as the real machine does."""
+    config = load(**scene)
+    x, y = 16.0, 16.0
+    strip = {"kind": "rectangle", "center": [x + 4.0, y], "size": [6.0, 20.0]}
+    zones = [{"region": strip, "repose": 20.0, "cohesion": 2e4, "density": 2200.0}]
+    if config.layout is None:
+        scene = {**scene, "machine": {"pose": [x - 6.0, y, 0.0]}}
+    env = DirtPushEnv(**scene, traction={}, zone=zones, observation={"map": True})
+    options = {"pose": (x - 6.0, y, 0.0)} if config.layout is not None else None
+    observation, _ = env.reset(seed=4, options=options)
+    site, copy, plain = Site(env.config), ImaginedSite(env.config), ImaginedSite(load(**scene, traction={}))
+    site.see(observation)
+    copy.copy(site)
+    plain.copy(site)
+    for step in range(40):
+        action = np.array([0.1, 0.8, -0.4 if step > 1 else 0.0], np.float32)
+        observation, *_ = env.step(action)
+        copy.step(action)
+        plain.step(action)
+    site.see(observation)
+    for name, tolerance in (("x", 5e-3), ("y", 5e-3), ("heading", 5e-3), ("edge", 5e-3), ("load", 0.02)):
+        assert copy.pose[name] == pytest.approx(site.pose[name], abs=tolerance), name
+    assert np.abs(copy.height - site.height).mean() < 1e-3
+    assert np.hypot(plain.pose["x"] - site.pose["x"], plain.pose["y"] - site.pose["y"]) > 0.1, "the zone matters"
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        ({"soil": {"swell": 0.25}}, "soil.swell is 0.25; allowed for the planner: 0"),
+        (
+            {"scene": "posts", "vary": {"shift": [1.0, 1.0]}, "zone": [{"region": {**STRIP, "size": [4.0, 8.0]}}]},
+            r"zone has 1 and the scene has \[vary\]; allowed for the planner: zones without vary",
+        ),
+    ],
+)
+def test_the_planner_refuses_soil_that_a_map_does_not_show(scene, said):
+    config = load(**scene)
+    with pytest.raises(ValueError, match=said):
+        load_policy("planner", config)
+
+
+def test_the_planner_takes_scenes_that_vary_without_zones():
+    assert ImaginedSite(load("layers", level=1))._zones is None
 
 
 # Scenes
@@ -240,6 +285,7 @@ def test_the_manuals_example_runs():
         ({"zone": {"region": EAST}}, r"zone is .*; allowed: an array of tables, \[\[zone\]\]"),
         ({"zone": [{"region": {**EAST, "center": [30, 16]}}]}, r"zone\[0\].region reaches from x = 22 to 38 m"),
         ({"zone": [{"region": EAST}] * 101}, "the scene has 101 zones; allowed: at most 100"),
+        ({"zone": [{"region": EAST}] * 128}, "the scene has 128 zones; allowed: at most 100"),
         ({"zone": [{"region": EAST}], "terrain": "voxel"}, 'zone is given and terrain is "voxel"; allowed: "heightf'),
         ({"soil": {"swell": 0.1}, "terrain": "voxel"}, 'soil.swell is given and terrain is "voxel"; allowed: "heightf'),
         (

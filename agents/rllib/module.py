@@ -13,7 +13,9 @@ from torch import nn
 from dirt_env.config import SceneConfig
 from dirt_env.task.observation import POSE_ENTRIES
 
+from ..layers import arrays_of, convolutions_over, weighted
 from ..network import written
+from ..settings import Network
 from .settings import ClusterSettings, scene_of, variants_of
 
 CLIP = 10.0  # farther out than any entry of the pose: nothing is clipped
@@ -28,16 +30,11 @@ class PatchAndPose(TorchRLModule, ValueFunctionAPI):
 
     def setup(self) -> None:
         """Layers for the patch's shape and the pose's length."""
-        network = self.model_config["network"]
+        network = Network(**self.model_config["network"])
         patch, pose = (self.observation_space[name].shape for name in ("patch", "pose"))
-        channels, layers = pairwise((patch[0], *network["filters"])), []
-        for (before, after), kernel, stride in zip(channels, network["kernels"], network["strides"], strict=True):
-            layers += [nn.Conv2d(before, after, kernel, stride), nn.ReLU()]
-        self.convolutions = nn.Sequential(*layers, nn.Flatten())
-        with torch.no_grad():
-            width = self.convolutions(torch.zeros(1, *patch)).shape[1]
-        self.dense = nn.Linear(width + pose[0], network["features"])
-        sizes = network["features"], *network["hidden"]
+        self.convolutions, width = convolutions_over(patch, network)
+        self.dense = nn.Linear(width + pose[0], network.features)
+        sizes = network.features, *network.hidden
         self.actor, self.critic = _layers(sizes), _layers(sizes)
         actions = self.action_space.shape[0]
         self.action, self.value = nn.Linear(sizes[-1], actions), nn.Linear(sizes[-1], 1)
@@ -70,15 +67,8 @@ class PatchAndPose(TorchRLModule, ValueFunctionAPI):
 
 def policy_file(module: PatchAndPose, settings: ClusterSettings, origin: dict[str, Any]) -> bytes:
     """The actor as a policy.npz, which `dirt-push run` and `evaluate` play without torch and ray."""
-    convolutions = [layer for layer in module.convolutions if isinstance(layer, nn.Conv2d)]
-    hidden = [module.dense, *(layer for layer in module.actor if isinstance(layer, nn.Linear))]
-    named = {f"conv{i}": layer for i, layer in enumerate(convolutions)}
-    named |= {f"hidden{i}": layer for i, layer in enumerate(hidden)} | {"action": module.action}
-    arrays = {
-        f"{name}.{part}": getattr(layer, part).detach().cpu().numpy().astype(np.float32)
-        for name, layer in named.items()
-        for part in ("weight", "bias")
-    }
+    hidden = [module.dense, *weighted(module.actor, nn.Linear)]
+    arrays = arrays_of(weighted(module.convolutions, nn.Conv2d), hidden, module.action)
     arrays["pose.mean"] = np.zeros(len(POSE_ENTRIES), np.float32)
     arrays["pose.scale"] = np.ones(len(POSE_ENTRIES), np.float32)
     config = scene_of(settings.worlds, variants_of(settings.worlds)[0])

@@ -47,7 +47,7 @@ class Cluster:
 
 @dataclass(frozen=True)
 class Ppo:
-    """Hyperparameters of PPO, under the names that `agents/settings.py` has for them; `kl` is RLlib's penalty."""
+    """Hyperparameters of PPO, under the names that `agents/settings.py` has for them; `kl_coef` is RLlib's penalty."""
 
     n_steps: int = 32
     batch_size: int = 2048

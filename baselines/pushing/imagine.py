@@ -1,14 +1,15 @@
 """A site to try things out on: the simulator's own ground and machine, rebuilt from what was seen.
 
 The ground is that of the map; position, edge and speed of the machine are those of the pose vector, so a copy starts
-within float32 rounding of the real site. It needs the simulator and the scene's configuration, no access to the
-environment.
+within float32 rounding of the real site. Zones lie where the scene's file says. It needs the simulator and the scene's
+configuration, no access to the environment.
 """
 
 import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.config.terrain import HeightField
+from dirt_env.scene.zone import zone_map
 from dirt_env.sim.advance import advance, set_down
 from dirt_env.sim.state import make_world
 from dirt_env.task.actions import decode
@@ -22,13 +23,24 @@ class ImaginedSite(Site):
     """A site that answers actions: `copy` another one, `step`, look at it as at the real one."""
 
     def __init__(self, config: SceneConfig) -> None:
-        """For a scene; ValueError if its ground is no height field, or its blade under grade control."""
+        """For a scene; ValueError for one whose ground a map does not show in full, or with grade control."""
         if config.action.blade != "tracks":
             raise ValueError(f'action.blade is {config.action.blade!r}; allowed for the planner: "tracks"')
         if not isinstance(config.terrain, HeightField):
             raise ValueError(f"terrain is {config.terrain.kind!r}; allowed: heightfield, which a map shows in full")
+        if config.soil.swell > 0.0:
+            raise ValueError(
+                f"soil.swell is {config.soil.swell:g}; allowed for the planner: 0, as a map does not tell bank soil "
+                "from loose"
+            )
+        if config.zones and config.vary is not None:
+            raise ValueError(
+                f"zone has {len(config.zones)} and the scene has [vary]; allowed for the planner: zones without vary, "
+                "as a map does not show where they were moved"
+            )
         super().__init__(config)
         self._config, self._pull = config, config.pull
+        self._zones = config.zones_for(zone_map([zone.region for zone in config.zones], config.grid))
 
     def copy(self, site: Site) -> None:
         """Begin where a site is now."""
@@ -39,7 +51,8 @@ class ImaginedSite(Site):
         self._world = make_world(site.height.astype(float), self.grid, solid, config.site.border == "open")
         self._world.pending[:] = 0
         pose = site.pose
-        set_down(self._world, self.grid, self.soil, self.blade, self.machine, pose["x"], pose["y"], pose["heading"])
+        place = pose["x"], pose["y"], pose["heading"]
+        set_down(self._world, self.grid, self.soil, self.blade, self.machine, *place, self._zones)
         machine = self._world.machine[0]
         for name in SEEN:
             machine[name] = pose[name]
@@ -48,7 +61,8 @@ class ImaginedSite(Site):
     def step(self, action: np.ndarray) -> None:
         """One control step."""
         command = decode(action, self.machine)
-        advance(self._world, self.grid, self.soil, self.blade, self.machine, command, self.period, self._pull)
+        constants = self.grid, self.soil, self.blade, self.machine
+        advance(self._world, *constants, command, self.period, self._pull, self._zones)
         self._look()
 
     def _look(self) -> None:

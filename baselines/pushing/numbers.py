@@ -2,12 +2,12 @@
 
 A file has a number a line, `name = value`. Tables `[voxel]`, `[traction]` and `[noise]` are laid over them in scenes
 with that terrain, with traction, or whose observations have noise. A file of one's own may leave out whatever is to be
-as shipped.
+as shipped. Later ones count: shipped numbers, shipped tables, numbers of one's own, tables of one's own.
 """
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import Field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -53,7 +53,7 @@ def numbers_for(kind: type[Kind], config: SceneConfig, own: str | Path | None = 
     Raises ValueError with the file, the name, the value and what is allowed.
     """
     found: dict[str, Any] = {}
-    for path in [_file(kind), *([] if own is None else [Path(own).expanduser()])]:
+    for path in [_file(kind), *([] if own is None else [_path(own)])]:
         always, special = _written(path, kind)
         found |= always
         for name, holds in WHEN.items():
@@ -66,14 +66,31 @@ def numbers_for(kind: type[Kind], config: SceneConfig, own: str | Path | None = 
     return numbers
 
 
-def write(numbers: Pushing, about: str) -> str:
-    """The numbers as TOML with units and ranges; `about` says in a line where they come from."""
-    lines = [f"# {about}"]
-    for entry in fields(numbers):
-        least, most = range_of(entry)
-        unit = f"{unit_of(entry)}, " if unit_of(entry) else ""
-        lines.append(f"{entry.name} = {float(asdict(numbers)[entry.name])!r}  # {unit}{least:g} to {most:g}")
+def write(numbers: Pushing, about: str, own: str | Path | None = None) -> str:
+    """A file of one's own, as TOML, after which the numbers are these in scenes without anything special.
+
+    It has what differs from the shipped numbers or is written in the file `own` that they began from. What tables say
+    still counts: those of `own` are kept, and so is what the shipped ones say of a number that is written and was not
+    in `own`. `about` says in a line where the numbers come from.
+    """
+    kind = type(numbers)
+    always, special = _written(_file(kind), kind)
+    before, before_special = ({}, {}) if own is None else _written(_path(own), kind)
+    entries = {entry.name: entry for entry in fields(kind)}
+    named = [name for name in entries if name in before or getattr(numbers, name) != always[name]]
+    lines = [f"# {about}", *(line_of(entries[name], getattr(numbers, name)) for name in named)]
+    for table in WHEN:
+        kept = {name: value for name, value in special.get(table, {}).items() if name in named and name not in before}
+        if kept := kept | before_special.get(table, {}):
+            lines += ["", f"[{table}]", *(line_of(entries[name], value) for name, value in kept.items())]
     return "\n".join(lines) + "\n"
+
+
+def line_of(entry: Field, value: float) -> str:
+    """A number as a line of TOML, with its unit and range."""
+    least, most = range_of(entry)
+    unit = f"{unit_of(entry)}, " if unit_of(entry) else ""
+    return f"{entry.name} = {float(value)!r}  # {unit}{least:g} to {most:g}"
 
 
 def numbers_folder() -> Path:
@@ -83,6 +100,10 @@ def numbers_folder() -> Path:
 
 def _file(kind: type[Pushing]) -> Path:
     return numbers_folder() / f"{FILES[kind]}.toml"
+
+
+def _path(own: str | Path) -> Path:
+    return Path(own).expanduser()
 
 
 def _written(path: Path, kind: type[Pushing]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
@@ -109,4 +130,6 @@ def _check_names(path: Path, where: str, table: Any, kind: type[Pushing]) -> Non
         if name not in names:
             at = f"{where}.{name}" if where else name
             tables = ", ".join(f"[{other}]" for other in WHEN)
-            raise ValueError(f"{path}: unknown {at}; allowed: {', '.join(names)}; tables {tables}")
+            able = [f"{file}.toml" for other, file in FILES.items() if name in (entry.name for entry in fields(other))]
+            hint = f" (it is a number of {', '.join(able)})" if able else ""
+            raise ValueError(f"{path}: unknown {at}{hint}; allowed: {', '.join(names)}; tables {tables}")

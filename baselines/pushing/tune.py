@@ -1,7 +1,7 @@
 """Random search for the numbers of a behaviour: `python -m dirt_env.baselines.pushing.tune --policy greedy --out FILE`.
 
-Plays on training layouts only (see `dirt_env.split`), and writes what it found as TOML: `dirt-push run --policy
-greedy@FILE` drives with it, and in `configs/policy` it is what is shipped.
+Plays on training layouts only (see `dirt_env.split`), and writes what differs from the shipped numbers as TOML:
+`dirt-push run --policy greedy@FILE` drives with it.
 """
 
 import argparse
@@ -13,10 +13,10 @@ import numpy as np
 
 from dirt_env.config import load
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import load_policy
+from dirt_env.policy import OWN_NUMBERS, Policy, load_policy
 from dirt_env.render.atomic import write_atomically
 from dirt_env.split import training_seeds
-from dirt_env.terminal import end
+from dirt_env.terminal import end, whole
 
 from .numbers import write
 from .parameters import Pushing, range_of
@@ -51,6 +51,17 @@ def trial(best: Pushing, generator: np.random.Generator) -> Pushing:
     return replace(best, **changes)
 
 
+def numbers_of(name: str, policy: Policy) -> Pushing:
+    """The numbers of the policy of that name; ValueError for one that has none."""
+    numbers = getattr(policy, "parameters", None)
+    if not isinstance(numbers, Pushing):
+        raise ValueError(
+            f"--policy is {name}, which has no numbers; allowed: adaptive_push, greedy, planner, slot, "
+            "or one of these with a file, NAME@FILE.toml"
+        )
+    return numbers
+
+
 def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: str = "adaptive_push") -> Pushing:
     """The best of some trials; every job is played on the same training layouts each time."""
     generator = np.random.default_rng(seed)
@@ -60,13 +71,13 @@ def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: 
 
     def total(numbers: Pushing) -> float:
         costs = []
-        for env, policy in zip(envs, policies, strict=True):
-            policy.parameters = numbers
+        for env, like in zip(envs, policies, strict=True):
+            driver = type(like)(env.config, numbers)
             played = seeds if env.config.layout is not None else seeds[:1]
-            costs.append(np.mean([cost(env, policy, s) for s in played]))
+            costs.append(np.mean([cost(env, driver, s) for s in played]))
         return float(np.mean(costs))
 
-    best = policies[0].parameters
+    best = numbers_of(policy, policies[0])
     least = total(best)
     say(f"as it is: {least:.4f}\n")
     for i in range(trials):
@@ -82,10 +93,17 @@ def search(trials: int, episodes: int, seed: int, say=sys.stdout.write, policy: 
 def main(arguments: list[str] | None = None) -> int:
     """Search, write what was found, and say what has changed."""
     parser = argparse.ArgumentParser("tune", description="Random search for the numbers of a behaviour.")
-    parser.add_argument("--policy", default="adaptive_push", metavar="NAME", help="adaptive_push, greedy, or @FILE too")
-    parser.add_argument("--trials", type=int, default=60)
-    parser.add_argument("--episodes", type=int, default=6, help="layouts of each random job")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--policy",
+        default="adaptive_push",
+        metavar="NAME",
+        help="adaptive_push, greedy, planner or slot; NAME@FILE.toml begins from the numbers of a file",
+    )
+    parser.add_argument("--trials", type=whole(1), default=60, metavar="N", help="how many (default: 60)")
+    parser.add_argument(
+        "--episodes", type=whole(1), default=6, metavar="N", help="layouts of each random job (default: 6)"
+    )
+    parser.add_argument("--seed", type=whole(0), default=0, metavar="S", help="of layouts and changes (default: 0)")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="file for the numbers, TOML")
     options = parser.parse_args(arguments)
     return end("tune", lambda: _tune(options.policy, options.trials, options.episodes, options.seed, options.out))
@@ -94,12 +112,13 @@ def main(arguments: list[str] | None = None) -> int:
 def _tune(policy: str, trials: int, episodes: int, seed: int, out: Path) -> int:
     if out.suffix != ".toml" or not out.parent.is_dir():
         raise ValueError(f"--out is {out}; allowed: a .toml file in a folder that is there")
-    before = asdict(load_policy(policy, load()).parameters)
+    before = asdict(numbers_of(policy, load_policy(policy, load())))
     found = search(trials, episodes, seed, policy=policy)
     about = (
         f"Found by tune --policy {policy} --trials {trials} --episodes {episodes} --seed {seed}, on training layouts"
     )
-    write_atomically(out, write(found, about).encode())
+    own = policy.partition(OWN_NUMBERS)[2] or None
+    write_atomically(out, write(found, about, own).encode())
     for name, value in asdict(found).items():
         if value != before[name]:
             sys.stdout.write(f"{name} = {value:g} (was {before[name]:g})\n")

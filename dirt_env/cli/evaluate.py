@@ -12,7 +12,11 @@ def add_evaluate(commands: Any) -> None:
     """Add the command."""
     evaluate = commands.add_parser("evaluate", help="compare policies on held-out layouts; figures with intervals")
     evaluate.add_argument(
-        "--policies", default="adaptive_push,idle", metavar="A,B,...", help="names, .npz files, or module:Class"
+        "--policies",
+        default="adaptive_push,idle",
+        metavar="A,B,...",
+        help="names that `dirt-push policies` lists, NAME@FILE.toml with numbers of your own, .npz files of training, "
+        "or module:Class (default: adaptive_push,idle)",
     )
     evaluate.add_argument(
         "--suite", default="quick", metavar="NAME|FILE", help="name of a shipped suite (docs/evaluation.md), or TOML"

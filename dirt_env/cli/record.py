@@ -16,7 +16,11 @@ def add_record(commands: Any) -> None:
     record = commands.add_parser("record", help="record a policy's episodes as a data set of Minari")
     record.add_argument("--scene", default="heap", metavar="NAME|FILE", help="shipped scene or TOML file")
     record.add_argument(
-        "--policy", default="adaptive_push", metavar="NAME", help="what drives: a name, a .npz file, or module:Class"
+        "--policy",
+        default="adaptive_push",
+        metavar="NAME",
+        help="what drives (default: adaptive_push): a name that `dirt-push policies` lists, NAME@FILE.toml with "
+        "numbers of your own, a .npz file of training, or module:Class",
     )
     record.add_argument("--episodes", type=whole(1), default=10, metavar="N", help="how many (default: 10)")
     record.add_argument(

@@ -21,8 +21,8 @@ def add_run(commands: Any) -> None:
         "--policy",
         default="adaptive_push",
         metavar="NAME",
-        help="what drives (default: adaptive_push), a policy.npz of training, or module:Class; two with a comma are "
-        "played side by side",
+        help="what drives (default: adaptive_push): a name that `dirt-push policies` lists, NAME@FILE.toml with "
+        "numbers of your own, a .npz file of training, or module:Class; two with a comma are played side by side",
     )
     run.add_argument("--episodes", type=whole(1), default=1, metavar="N", help="how many (default: 1)")
     run.add_argument("--seed", type=whole(0), default=0, metavar="S", help="of the first layout (default: 0)")

@@ -114,9 +114,9 @@ def _check_traction(config: SceneConfig) -> None:
 
 
 def _check_soils(config: SceneConfig) -> None:
-    zone_map([zone.region for zone in config.zones], config.grid)
     if len(config.zones) > MOST:
         raise ValueError(f"the scene has {len(config.zones)} zones; allowed: at most {MOST}")
+    zone_map([zone.region for zone in config.zones], config.grid)
     field = isinstance(config.terrain, HeightField)
     for key, given in (("zone", bool(config.zones)), ("soil.swell", config.soil.swell > 0.0)):
         if given and not field:

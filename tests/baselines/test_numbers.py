@@ -1,9 +1,9 @@
 """Numbers as TOML: what is shipped is whole, and files of one's own are laid over it."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 
 import pytest
-from dirt_env.baselines.pushing.numbers import FILES, numbers_folder, numbers_for, shipped, write
+from dirt_env.baselines.pushing.numbers import FILES, line_of, numbers_folder, numbers_for, shipped, write
 from dirt_env.baselines.pushing.parameters import GreedyParameters, Parameters, PassPlannerParameters
 
 from dirt_env.config import load
@@ -33,7 +33,10 @@ def test_every_shipped_file_has_a_kind_that_reads_it():
 @pytest.mark.parametrize("kind", FILES, ids=lambda kind: kind.__name__)
 def test_shipped_numbers_are_as_they_are_written_with_units_and_ranges(kind):
     text = (numbers_folder() / f"{FILES[kind]}.toml").read_text()
-    assert text.startswith(write(shipped(kind), text.partition("\n")[0].removeprefix("# ")))
+    lines = [line for line in text.splitlines() if not line.startswith("# ")]
+    expected = [line_of(entry, getattr(shipped(kind), entry.name)) for entry in fields(kind)]
+    assert text.startswith("# Numbers of ")
+    assert lines[: len(expected)] == expected
 
 
 @pytest.mark.parametrize("kind", TUNED, ids=lambda kind: kind.__name__)
@@ -63,7 +66,29 @@ def test_tables_count_where_their_condition_holds(own):
 
 def test_what_was_written_is_read_again(own):
     numbers = shipped(PassPlannerParameters, tries=3.0, shave=0.125)
-    assert numbers_for(PassPlannerParameters, load("ramp"), own(write(numbers, "mine"))) == numbers
+    text = write(numbers, "mine")
+    assert text == "# mine\nshave = 0.125  # 0 to 1\ntries = 3.0  # passes, 1 to 100\n", "nothing that is as shipped"
+    assert numbers_for(PassPlannerParameters, load("ramp"), own(text)) == numbers
+
+
+@pytest.mark.parametrize(
+    ("mine", "found", "expected"),
+    [
+        ("", {"perch": 1.0}, {"perch": 1.0, "layer": 2.0}),
+        ("", {"layer": 3.0}, {"layer": 2.0}),
+        ("[traction]\nlayer = 1.5\nfull = 2.0\n", {"layer": 3.0}, {"layer": 1.5, "full": 2.0}),
+        ("layer = 3.5\n", {"layer": 3.0}, {"layer": 3.0}),
+        ("layer = 3.5\n", {"layer": 4.0}, {"layer": 4.0}),
+        ("layer = 3.5\n[traction]\nlayer = 1.0\n", {"layer": 3.0}, {"layer": 1.0}),
+    ],
+)
+def test_a_file_that_is_written_keeps_what_tables_say(own, tmp_path, mine, found, expected):
+    """Of the shipped file, and of the one that the numbers began from; one's own plain numbers beat shipped tables."""
+    begun, numbers = own(mine), shipped(Parameters, **found)
+    (tmp_path / "found.toml").write_text(write(numbers, "found", begun))
+    plain, pulls = (numbers_for(Parameters, load(**scene), tmp_path / "found.toml") for scene in ({}, {"traction": {}}))
+    assert plain == numbers
+    assert pulls == replace(numbers, **expected)
 
 
 def test_a_policy_goes_by_the_file_in_its_name(own):
@@ -75,6 +100,7 @@ def test_a_policy_goes_by_the_file_in_its_name(own):
     [
         ("tial = 0.5", r"mine.toml: unknown tial; allowed: min_height, .*tables \[voxel\], \[traction\], \[noise\]"),
         ("[traction]\ntial = 0.5", "mine.toml: unknown traction.tial; allowed: min_height"),
+        ("tries = 3", r"unknown tries \(it is a number of planner.toml, planner_passes.toml\); allowed: min_height"),
         ("traction = 3", r"mine.toml: traction is 3; allowed: a table of numbers, \[traction\]"),
         ("tail = 5", "mine.toml: tail is 5; allowed: -1 to 1"),
         ("tail = 'far'", "mine.toml: tail is 'far'; allowed: a number from -1 to 1"),
@@ -91,3 +117,5 @@ def test_a_file_that_is_not_there_and_a_behaviour_without_numbers_are_refused():
         load_policy("slot@nowhere.toml", load())
     with pytest.raises(ValueError, match="idle has no numbers; allowed: adaptive_push, grade, greedy, planner, slot"):
         load_policy("idle@mine.toml", load())
+    with pytest.raises(ValueError, match=r"policy greedy@: there is no file after @; allowed: NAME@FILE\.toml"):
+        load_policy("greedy@", load())

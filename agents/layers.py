@@ -1,0 +1,38 @@
+"""What the networks of stable-baselines3 and of RLlib share: the convolutions, and an actor's weights as arrays."""
+
+from itertools import pairwise
+
+import numpy as np
+import torch
+from torch import nn
+
+from .settings import Network
+
+
+def convolutions_over(patch: tuple[int, ...], network: Network) -> tuple[nn.Sequential, int]:
+    """The convolutions (ReLU after each) over a patch of that shape [channels, rows, cols], flattened; their width."""
+    channels, layers = pairwise((patch[0], *network.filters)), []
+    for (before, after), kernel, stride in zip(channels, network.kernels, network.strides, strict=True):
+        layers += [nn.Conv2d(before, after, kernel, stride), nn.ReLU()]
+    convolutions = nn.Sequential(*layers, nn.Flatten())
+    with torch.no_grad():
+        return convolutions, convolutions(torch.zeros(1, *patch)).shape[1]
+
+
+def weighted(layers: nn.Module, kind: type[nn.Module]) -> list[nn.Module]:
+    """The layers of a kind, Conv2d or Linear, in their order."""
+    return [layer for layer in layers if isinstance(layer, kind)]
+
+
+def arrays_of(convolutions: list[nn.Conv2d], hidden: list[nn.Linear], action: nn.Linear) -> dict[str, np.ndarray]:
+    """Weights and biases of an actor, f4 by the names that `agents/network.py` reads."""
+    named = {
+        **{f"conv{i}": layer for i, layer in enumerate(convolutions)},
+        **{f"hidden{i}": layer for i, layer in enumerate(hidden)},
+        "action": action,
+    }
+    return {
+        f"{name}.{part}": getattr(layer, part).detach().cpu().numpy().astype(np.float32)
+        for name, layer in named.items()
+        for part in ("weight", "bias")
+    }

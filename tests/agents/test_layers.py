@@ -1,0 +1,37 @@
+"""The layers that both frameworks' networks are built from: their order, their width, and their names as arrays."""
+
+import pytest
+
+pytest.importorskip("torch")
+
+import torch
+from dirt_env.agents.layers import arrays_of, convolutions_over, weighted
+from dirt_env.agents.settings import Network
+from torch import nn
+
+
+def test_convolutions_are_those_of_the_settings_and_their_width_is_what_they_give():
+    network = Network(filters=(4, 8), kernels=(3, 2), strides=(2, 1))
+    convolutions, width = convolutions_over((2, 9, 9), network)
+    assert [type(layer) for layer in convolutions] == [nn.Conv2d, nn.ReLU, nn.Conv2d, nn.ReLU, nn.Flatten]
+    assert [(layer.out_channels, layer.kernel_size[0], layer.stride[0]) for layer in convolutions[:3:2]] == [
+        (4, 3, 2),
+        (8, 2, 1),
+    ]
+    assert convolutions(torch.zeros(5, 2, 9, 9)).shape == (5, width)
+    assert width == 8 * 3 * 3
+
+
+def test_arrays_have_the_names_that_the_network_reads():
+    convolutions, width = convolutions_over((2, 8, 8), Network())
+    dense, hidden, action = nn.Linear(width, 6), nn.Sequential(nn.Linear(6, 5), nn.Tanh()), nn.Linear(5, 3)
+    arrays = arrays_of(weighted(convolutions, nn.Conv2d), [dense, *weighted(hidden, nn.Linear)], action)
+    named = {
+        "conv0": convolutions[0],
+        "conv1": convolutions[2],
+        "hidden0": dense,
+        "hidden1": hidden[0],
+        "action": action,
+    }
+    assert list(arrays) == [f"{name}.{part}" for name in named for part in ("weight", "bias")]
+    assert all((arrays[f"{name}.weight"] == layer.weight.detach().numpy()).all() for name, layer in named.items())
