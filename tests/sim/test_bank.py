@@ -5,8 +5,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from dirt_env.bench.stability.worlds import grown
 from dirt_env.sim.advance import advance, place, settle
-from dirt_env.sim.bank import Bank, bank_gain, bank_metres, growth, loosened
+from dirt_env.sim.bank import Bank, bank_gain, bank_metres, growth
 from dirt_env.sim.params import Blade, Command, Machine
 from dirt_env.sim.slump import limits
 from tests.sim.worlds import FINE, SOIL, line_at, settled, straight, sweep_blade, world_of
@@ -24,12 +25,6 @@ def lock_of(world, soil):
 def undisturbed(world):
     """The world with all of its ground undisturbed."""
     return world._replace(bank=world.height.copy(), natural=world.height.copy())
-
-
-def grown(world, soil):
-    """What the world's ground has gained by loosening, from its maps alone [m of one cell]."""
-    lock = lock_of(world, soil)
-    return sum(float(loosened(depth, soil.swell, lock)) for depth in (world.natural - world.bank).ravel())
 
 
 def total(height):

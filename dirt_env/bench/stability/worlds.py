@@ -6,10 +6,11 @@ from math import cos, radians, sin, tan
 import numpy as np
 
 from dirt_env.sim.advance import advance, move_soil, place, settle
+from dirt_env.sim.bank import loosened
 from dirt_env.sim.blade import Line
 from dirt_env.sim.diagnostics import steepest
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
-from dirt_env.sim.slump import settle_window
+from dirt_env.sim.slump import limits, settle_window
 from dirt_env.sim.state import World, make_world
 
 CELL = 0.5
@@ -53,6 +54,14 @@ def one_sweep(world: World, grid: Grid, soil: Soil = SOIL) -> None:
 def total(world: World) -> float:
     """Sum of all heights [m]; exact."""
     return float(world.height.sum(dtype=np.float64))
+
+
+def grown(world: World, soil: Soil) -> float:
+    """What the ground has gained as undisturbed soil loosened, from its maps alone [m of one cell]; exact."""
+    if world.bank is None:
+        return 0.0
+    lock = limits(world.height, world.quantum, CELL, soil.slope, soil.tolerance)[2]
+    return sum(float(loosened(depth, soil.swell, lock)) for depth in (world.natural - world.bank).ravel())
 
 
 def over_repose(world: World, grid: Grid, soil: Soil = SOIL) -> float:
