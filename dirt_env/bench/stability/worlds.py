@@ -60,7 +60,7 @@ def grown(world: World, soil: Soil) -> float:
     """What the ground has gained as undisturbed soil loosened, from its maps alone [m of one cell]; exact."""
     if world.bank is None:
         return 0.0
-    lock = limits(world.height, world.quantum, CELL, soil.slope, soil.tolerance)[2]
+    lock = world.height.dtype.type(limits(world.height, world.quantum, CELL, soil.slope, soil.tolerance)[2])
     return sum(float(loosened(depth, soil.swell, lock)) for depth in (world.natural - world.bank).ravel())
 
 
