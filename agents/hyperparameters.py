@@ -47,7 +47,7 @@ class Sac:
     """
 
     buffer_size: int = 150_000
-    learning_starts: int = 10_000
+    learning_starts: int = 20_000
     batch_size: int = 256
     train_freq: int = 1
     gradient_steps: int = 8
