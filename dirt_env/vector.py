@@ -15,7 +15,7 @@ from dirt_env.env import DirtPushEnv
 from dirt_env.infos import batch_infos, end_infos
 from dirt_env.task.actions import read_actions
 from dirt_env.task.observation import Sight
-from dirt_env.task.step import FIGURES, REWARD, SUCCESS, show_worlds, step_worlds
+from dirt_env.task.step import ADVANCE, FIGURES, REWARD, SHOW, SUCCESS, step_worlds
 from dirt_env.variety import configs_for
 from dirt_env.worlds import Worlds
 
@@ -116,7 +116,7 @@ class DirtPushVectorEnv(VectorEnv):
         self._ended[mask] = False
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
-        self._worlds.run(show_worlds, sight, figures, 0, self.num_envs, 0)
+        self._worlds.begin_at(SHOW, sight, figures, 0, self.num_envs, 0)
         infos = batch_infos(figures, mask, np.zeros_like(mask)) if self._info == "all" else {}
         return seen, infos
 
@@ -165,7 +165,7 @@ class DirtPushVectorEnv(VectorEnv):
         scratch = [worlds.scratch(thread) for thread in range(self._crew.threads)]
 
         def work(thread: int, first: int, last: int) -> None:
-            worlds.run(step_worlds, scratch[thread], actions, idle, sight, figures, first, last, 0)
+            worlds.run(step_worlds, scratch[thread], actions, idle, sight, figures, first, last, 0, ADVANCE)
 
         self._crew.run(work, self.num_envs)
 
@@ -174,7 +174,7 @@ class DirtPushVectorEnv(VectorEnv):
         self._begin(indices, [None] * self.num_envs, None)
         for index in indices:
             self.envs[index].measure()
-            self._worlds.run(show_worlds, sight, figures, index, index + 1, 0)
+            self._worlds.begin_at(SHOW, sight, figures, index, index + 1, 0)
 
     def _measure(self, mask: np.ndarray) -> None:
         """Draw anew what the worlds of a mask bool[num_envs] measure wrong."""

@@ -21,7 +21,7 @@ from dirt_env.task.goal import Remaining
 from dirt_env.task.job import Job
 from dirt_env.task.observation import Noise, Sight, View
 from dirt_env.task.reward import TERMS, scale_of
-from dirt_env.task.step import FIGURES, book_worlds, show_worlds, step_worlds, take_up
+from dirt_env.task.step import ADVANCE, BOOK, FIGURES, SHOW, step_worlds, take_up
 from dirt_env.terrain import AnyWorld
 
 UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go by it
@@ -150,17 +150,24 @@ class Worlds:
         if self._is_field:
             actions = np.empty((1, 3))
             actions[0] = values
-            self.run(step_worlds, self.scratch(0), actions, BUSY, sight, figures, index, index + 1, index)
+            scratch = self.scratch(0)
+            self.run(step_worlds, scratch, actions, BUSY, sight, figures, index, index + 1, index, ADVANCE)
         else:
             self._step_cells(index, command_of(*values.tolist(), self.configs[index].machine))
-            self.run(book_worlds, sight, figures, index, index + 1, index)
+            self.begin_at(BOOK, sight, figures, index, index + 1, index)
         return seen, figures[:, 0].tolist()
+
+    def begin_at(self, phase: int, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
+        """`step_worlds` from a phase on that needs no actions: BOOK or SHOW."""
+        scratch, count = self.scratch(0) if self._is_field else None, figures.shape[1]
+        actions, idle = np.empty((count, 3)), np.zeros(count, bool)
+        self.run(step_worlds, scratch, actions, idle, sight, figures, first, last, base, phase)
 
     def look(self, index: int) -> tuple[dict[str, np.ndarray], list[float]]:
         """Observation and FIGURES of one world as it is."""
         seen, sight = self._blank(index)
         figures = np.empty((len(FIGURES), 1))
-        self.run(show_worlds, sight, figures, index, index + 1, index)
+        self.begin_at(SHOW, sight, figures, index, index + 1, index)
         return seen, figures[:, 0].tolist()
 
     def _blank(self, index: int) -> tuple[dict[str, np.ndarray], Sight]:

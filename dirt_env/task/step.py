@@ -49,13 +49,14 @@ FIGURES = (*INFO, *TERMS, "reward")
 """Rows of the figures of a step: the numbers of `info`, the reward's terms, the reward."""
 
 SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
+ADVANCE, BOOK, SHOW = range(3)  # phases of a step
 TOGETHER = 8  # worlds that go through each phase one after the other, while its code and their data are in the caches
 
 
 @entry
 def step_worlds(
     batch: Batch,
-    scratch: Scratch,
+    scratch: Scratch | None,
     actions: np.ndarray,
     idle: np.ndarray,
     sight: Sight,
@@ -63,49 +64,41 @@ def step_worlds(
     first: int,
     last: int,
     base: int,
+    phase: int,
 ) -> None:
-    """One control step of the worlds first:last that are not idle[m], in place.
+    """One control step of the worlds first:last that are not idle[m], in place, from the `phase` on.
+
+    ADVANCE is the whole step. BOOK is what follows after the worlds have been advanced, for terrains that do that
+    elsewhere (they have no scratch). SHOW shows the worlds as they are: no reward, and its terms 0. One entry does all
+    of that, because what reset and step have in common would be compiled twice.
 
     Row w - base of actions f8[m, 3], of the arrays of `sight` and column w - base of figures f8[FIGURES, m] are those
     of world w. Idle worlds leave theirs as they are.
     """
     for begin in range(first, last, TOGETHER):
         end = min(begin + TOGETHER, last)
-        for w in range(begin, end):
-            if not idle[w - base]:
-                scene = batch.scenes[w]
-                action, machine = actions[w - base], machine_of(scene)
-                command = command_of(action[0], action[1], action[2], machine)
-                step(
-                    batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
-                    scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
-                    batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine, command,
-                    scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
-                    zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
-                )  # fmt: skip
-        for w in range(begin, end):
-            if not idle[w - base]:
-                _book(batch, w, figures, w - base)
+        if scratch is not None and phase == ADVANCE:
+            for w in range(begin, end):
+                if not idle[w - base]:
+                    scene = batch.scenes[w]
+                    action, machine = actions[w - base], machine_of(scene)
+                    command = command_of(action[0], action[1], action[2], machine)
+                    step(
+                        batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
+                        scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
+                        batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine,
+                        command, scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
+                        zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
+                    )  # fmt: skip
+        if phase <= BOOK:
+            for w in range(begin, end):
+                if not idle[w - base]:
+                    _book(batch, w, figures, w - base)
+        else:
+            figures[FIRST_TERM:, begin - base : end - base] = 0.0
         for w in range(begin, end):
             if not idle[w - base]:
                 _show(batch, w, sight, figures, w - base)
-
-
-@entry
-def book_worlds(batch: Batch, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
-    """What follows in `step_worlds` after the worlds have been advanced; for terrains that do that elsewhere."""
-    for w in range(first, last):
-        _book(batch, w, figures, w - base)
-        _show(batch, w, sight, figures, w - base)
-
-
-@entry
-def show_worlds(batch: Batch, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
-    """Observation and info of the worlds as they are; no reward, and its terms 0."""
-    for w in range(first, last):
-        for k in range(FIRST_TERM, REWARD + 1):
-            figures[k, w - base] = 0.0
-        _show(batch, w, sight, figures, w - base)
 
 
 @entry

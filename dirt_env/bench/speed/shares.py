@@ -8,7 +8,7 @@ from dirt_env.bench.speed.bare import BareWorlds, commands_of
 from dirt_env.bench.speed.cases import native
 from dirt_env.bench.speed.drives import config, tapes
 from dirt_env.bench.speed.measure import seconds
-from dirt_env.task.step import FIGURES, book_worlds, show_worlds
+from dirt_env.task.step import BOOK, FIGURES, SHOW
 
 SIZE, WORLDS = 64, 256
 
@@ -32,8 +32,8 @@ def shares(steps: int) -> dict[str, float]:
     for step in range(steps + 1):
         phases = (
             lambda step=step: bare.drive(commands[step : step + 1]),
-            lambda: bare.worlds.run(book_worlds, *rest),
-            lambda: bare.worlds.run(show_worlds, *rest),
+            lambda: bare.worlds.begin_at(BOOK, *rest),
+            lambda: bare.worlds.begin_at(SHOW, *rest),
             lambda step=step: whole.steps(actions[step : step + 1]),
         )
         times.append([seconds(phase) for phase in phases])
