@@ -191,6 +191,7 @@ def test_an_error_leaves_nothing(tmp_path, monkeypatch):
         (["--skip", "8000"], "layouts is 8010; allowed: 1 to 8000 of training"),
         (["--policy", "clever"], "policy is 'clever'; known: "),
         (["--set", "soil.repos=3"], "repose"),
+        (["--policy", "ppo", "--set", "action.blade=tracks"], "action.blade is 'tracks'; allowed with policy ppo"),
     ],
 )
 def test_bad_input_is_one_clear_line(arguments, words, tmp_path, capsys):
