@@ -17,26 +17,15 @@ OUTPUT = ("checkpoint.npz", "policy.npz", "best.npz", "training.csv", "selection
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status. Bad input is one line on stderr and status 2."""
-    options = _parser().parse_args(arguments)
+    # By their installed name, here and below: this file also runs as a script, which has no package around it.
+    from dirt_env.agents.arguments import training_parser
+
+    parser = training_parser("Train a policy by PPO or SAC; go on where a run was stopped.", "runs/train")
+    options = parser.parse_args(arguments)
     return end("train", lambda: _train(options), "broken off; the same command goes on from the last save")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        "train", description="Train a policy by PPO or SAC; go on where a run was stopped."
-    )
-    parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="settings of the run, a TOML file")
-    parser.add_argument("--seed", type=int, metavar="S", help="of the run (default: the file's)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the run (default: runs/train/NAME-seedS)")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a setting, as in --set ppo.gamma=0.98"
-    )
-    parser.add_argument("--fresh", action="store_true", help="begin anew; what the folder holds of a run goes")
-    return parser
-
-
 def _train(options: argparse.Namespace) -> int:
-    # By their installed name: this file also runs as a script, which has no package around it.
     from dirt_env.agents.settings import load_settings
 
     seed = {} if options.seed is None else {"seed": options.seed}

@@ -8,10 +8,8 @@ from typing import Any
 from dirt_env.config import SceneConfig, load
 from dirt_env.config.rules import Number, Table, Text, known_keys
 
+from ..hyperparameters import FROM_ONE, POSITIVE, PPO
 from ..settings import (
-    FROM_ONE,
-    POSITIVE,
-    SHARE,
     TRAINING,
     Network,
     SceneKeys,
@@ -102,24 +100,7 @@ CLUSTER = Table(
             Cluster, {"runners": FROM_ZERO, "cpus": POSITIVE, "learners": FROM_ZERO, "gpus": NOT_NEGATIVE}
         ),
         "network": TRAINING.rules["network"],
-        "ppo": Table(
-            Ppo,
-            {
-                "n_steps": FROM_ONE,
-                "batch_size": Number(2, whole=True),
-                "n_epochs": FROM_ONE,
-                "learning_rate": POSITIVE,
-                "final_rate": SHARE,
-                "gamma": SHARE,
-                "gae_lambda": SHARE,
-                "clip_range": POSITIVE,
-                "ent_coef": NOT_NEGATIVE,
-                "vf_coef": NOT_NEGATIVE,
-                "max_grad_norm": POSITIVE,
-                "kl_coef": NOT_NEGATIVE,
-                "log_std_init": Number(-5, 2),
-            },
-        ),
+        "ppo": Table(Ppo, {name: PPO.rules.get(name, NOT_NEGATIVE) for name in Ppo.__dataclass_fields__}),
     },
 )
 

@@ -18,27 +18,18 @@ NEEDED = 'it needs an environment of its own, since ray pins gymnasium 1.2.2: pi
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status. Bad input is one line on stderr and status 2."""
-    options = _parser().parse_args(arguments)
-    return end("train", lambda: _train(options), "broken off; the same command goes on from the last save")
+    # By their installed name, here and below: this file also runs as a script, and the cluster's machines import it so.
+    from dirt_env.agents.arguments import training_parser
 
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser("train", description="Train a policy by RLlib's PPO, on one machine or many.")
-    parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="settings of the run, a TOML file")
-    parser.add_argument("--seed", type=int, metavar="S", help="of the run (default: the file's)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the run (default: runs/rllib/NAME-seedS)")
+    parser = training_parser("Train a policy by RLlib's PPO, on one machine or many.", "runs/rllib")
     parser.add_argument(
         "--address", default="local", help='Ray cluster: its host:port, "auto", or "local" (default: this machine)'
     )
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a setting, as in --set ppo.gamma=0.98"
-    )
-    parser.add_argument("--fresh", action="store_true", help="begin anew; what the folder holds of a run goes")
-    return parser
+    options = parser.parse_args(arguments)
+    return end("train", lambda: _train(options), "broken off; the same command goes on from the last save")
 
 
 def _train(options: argparse.Namespace) -> int:
-    # By their installed name: this file also runs as a script, and the cluster's machines import them so.
     from dirt_env.agents.rllib.settings import load_cluster_settings
 
     seed = {} if options.seed is None else {"seed": options.seed}

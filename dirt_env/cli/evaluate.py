@@ -36,7 +36,7 @@ def add_evaluate(commands: Any) -> None:
 
 def _evaluate(options: argparse.Namespace) -> int:
     from dirt_env.bench.evaluate.document import check_document, renew_document
-    from dirt_env.bench.evaluate.evaluation import FAILURES, Evaluation, player
+    from dirt_env.bench.evaluate.evaluation import Evaluation, player
     from dirt_env.bench.evaluate.journal import Journal
     from dirt_env.bench.evaluate.report import table
     from dirt_env.bench.evaluate.suite import load_suite
@@ -51,21 +51,27 @@ def _evaluate(options: argparse.Namespace) -> int:
     play = player(options.workers, options.ray)
     out = writable(options.out or Path("runs") / f"evaluate-{suite.name}")
     with Journal(out, evaluation.settings(), options.fresh) as journal:
-        failed = None
-        try:
-            evaluation.play(journal, play)
-        except FAILURES as failure:
-            failed = failure
-        left = len(evaluation.left(journal))
-        if left:
-            done = f"{len(evaluation.trials) - left} of {len(evaluation.trials)} episodes are kept in {out}"
-            again = f"{done}; the same command goes on from there"
-            sys.stderr.write(
-                f"dirt-push: error: {failed}; {again}\n" if failed else f"dirt-push: interrupted: {again}\n"
-            )
-            return BAD_INPUT if failed else INTERRUPTED
+        if status := play_rest("dirt-push", evaluation, journal, play):
+            return status
         result, written = evaluation.write(journal)
     if docs is not None:
         written.append(renew_document(docs, suite, result))
     say(table(result), "wrote " + ", ".join(str(path) for path in written))
     return 0
+
+
+def play_rest(command: str, evaluation: Any, journal: Any, play: Any) -> int:
+    """Play what is left of an `Evaluation`; returns 0, or an exit status after a line on stderr that says why."""
+    from dirt_env.bench.evaluate.evaluation import FAILURES
+
+    failed = None
+    try:
+        evaluation.play(journal, play)
+    except FAILURES as failure:
+        failed = failure
+    left, count = len(evaluation.left(journal)), len(evaluation.trials)
+    if not left:
+        return 0
+    kept = f"{count - left} of {count} episodes are kept in {journal.folder}; the same command goes on from there"
+    sys.stderr.write(f"{command}: error: {failed}; {kept}\n" if failed else f"{command}: interrupted: {kept}\n")
+    return BAD_INPUT if failed else INTERRUPTED

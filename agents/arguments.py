@@ -1,0 +1,17 @@
+"""The arguments that all training commands have."""
+
+import argparse
+from pathlib import Path
+
+
+def training_parser(description: str, folder: str) -> argparse.ArgumentParser:
+    """A parser for a training command; `folder` is where its runs go by default."""
+    parser = argparse.ArgumentParser("train", description=description)
+    parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="settings of the run, a TOML file")
+    parser.add_argument("--seed", type=int, metavar="S", help="of the run (default: the file's)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder of the run (default: {folder}/NAME-seedS)")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a setting, as in --set ppo.gamma=0.98"
+    )
+    parser.add_argument("--fresh", action="store_true", help="begin anew; what the folder holds of a run goes")
+    return parser
