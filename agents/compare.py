@@ -13,15 +13,16 @@ from typing import Any
 
 from dirt_env.bench.document import markdown, renewed
 from dirt_env.bench.evaluate.aggregate import Estimate
-from dirt_env.bench.evaluate.evaluation import FAILURES, Evaluation, player
+from dirt_env.bench.evaluate.evaluation import Evaluation, player
 from dirt_env.bench.evaluate.journal import Journal
 from dirt_env.bench.evaluate.plots import can_plot
 from dirt_env.bench.evaluate.suite import load_suite
 from dirt_env.bench.evaluate.summary import by_key
 from dirt_env.bench.provenance import provenance
+from dirt_env.cli.evaluate import play_rest
 from dirt_env.policy import policy_names, trained_file
 from dirt_env.render.atomic import write_atomically
-from dirt_env.terminal import BAD_INPUT, INTERRUPTED, end, say, whole, writable
+from dirt_env.terminal import end, say, whole, writable
 
 from .contrast import Records, matrix, mean, ratio
 from .curves import draw_learning, draw_shares
@@ -34,6 +35,7 @@ METRICS = {  # name: (heading, digits, factor)
     "volume_distance_m4_per_min": ("m3 m a minute", 1, 1.0),
     "score": ("score", 3, 1.0),
 }
+ALL = "PPO, all seeds"
 RATIOS = {"volume_distance_m4_per_min": "m3 m a minute", "time_s": "time", "score": "score"}
 
 
@@ -60,6 +62,11 @@ def learned() -> tuple[str, ...]:
     return names
 
 
+def others() -> tuple[str, ...]:
+    """Names of the shipped policies that were trained by other settings, once each."""
+    return tuple(name for name in policy_names() if name.startswith("ppo_") and name not in learned())
+
+
 def _compare(options: argparse.Namespace) -> int:
     out, blocks = writable(options.out), {}
     if not can_plot():
@@ -68,16 +75,10 @@ def _compare(options: argparse.Namespace) -> int:
         _document(options.renew_docs)
     for name, scripted in SUITES.items():
         suite = load_suite(name)
-        evaluation = Evaluation([*scripted, *learned()], suite, options.layouts)
+        evaluation = Evaluation([*scripted, *learned(), *others()], suite, options.layouts)
         with Journal(out / name, evaluation.settings(), fresh=False) as journal:
-            try:
-                evaluation.play(journal, player(options.workers, None))
-            except FAILURES as failure:
-                sys.stderr.write(f"compare: error: {failed_in(failure, out)}\n")
-                return BAD_INPUT
-            if evaluation.left(journal):
-                sys.stderr.write(f"compare: interrupted; the same command goes on in {out}\n")
-                return INTERRUPTED
+            if status := play_rest("compare", evaluation, journal, player(options.workers, None)):
+                return status
             evaluation.write(journal)
             records = by_key(journal.records)
         chosen = [task.level for task in suite.tasks]
@@ -93,16 +94,12 @@ def _compare(options: argparse.Namespace) -> int:
     return 0
 
 
-def failed_in(failure: Exception, out: Path) -> str:
-    """What went wrong, and where the finished episodes are."""
-    return f"{failure}; what is finished is kept in {out}, and the same command goes on from there"
-
-
 def _rows(records: Records, scripted: Sequence[str], levels: Sequence[int], layouts: Sequence[int]) -> list[list[str]]:
     """A row for each level and policy, and one for all training seeds together."""
     rows = [["level", "policy", *(heading for heading, _, _ in METRICS.values())]]
     for level in levels:
-        groups = {name: [name] for name in scripted} | {"PPO, all seeds": learned()} | {n: [n] for n in learned()}
+        groups = {name: [name] for name in scripted} | {ALL: learned()}
+        groups |= {name: [name] for name in (*learned(), *others())}
         for name, members in groups.items():
             cells = []
             for metric, (_, digits, factor) in METRICS.items():
@@ -115,15 +112,16 @@ def _rows(records: Records, scripted: Sequence[str], levels: Sequence[int], layo
 def _ratios(
     records: Records, scripted: Sequence[str], levels: Sequence[int], layouts: Sequence[int]
 ) -> list[list[str]]:
-    """What all training seeds reach together, over what each scripted behaviour does on the same layouts."""
-    rows = [["level", "PPO over", *RATIOS.values()]]
+    """What all training seeds reach together, and the others, over scripted behaviours on the same layouts."""
+    rows = [["level", "policy", "over", *RATIOS.values()]]
     for level in levels:
-        for name in scripted:
-            pairs = [
-                ratio(*(matrix(records, group, level, layouts, metric) for group in (learned(), [name])))
-                for metric in RATIOS
-            ]
-            rows.append([str(level), name, *(_cell(found, 2) for found in pairs)])
+        for group, members in {ALL: learned(), **{name: (name,) for name in others()}}.items():
+            for name in scripted:
+                pairs = [
+                    ratio(*(matrix(records, side, level, layouts, metric) for side in (members, [name])))
+                    for metric in RATIOS
+                ]
+                rows.append([str(level), group, name, *(_cell(found, 2) for found in pairs)])
     return rows
 
 

@@ -23,6 +23,7 @@ def two(tmp_path, monkeypatch):
         path.with_suffix(".csv").write_text("\n".join(log) + "\n")
         names.append(str(path))
     monkeypatch.setattr(compare, "learned", lambda: tuple(names))
+    monkeypatch.setattr(compare, "others", lambda: ())
     monkeypatch.setattr(compare, "SUITES", {"quick": ("idle",)})
     return names
 

@@ -18,9 +18,9 @@ ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = tuple(name for name in policy_names() if name.startswith("ppo"))
 
 
-def test_there_is_one_of_each_training_seed_and_the_best_of_them():
-    assert ("ppo", *(f"ppo_seed{seed}" for seed in range(5))) == SHIPPED
-    seeds = SHIPPED[1:]
+def test_there_is_one_of_each_training_seed_the_best_of_them_and_a_large_one():
+    assert ("ppo", "ppo_large", *(f"ppo_seed{seed}" for seed in range(5))) == SHIPPED
+    seeds = SHIPPED[2:]
     metadata = {name: load(trained_file(name), load_scene()).metadata["training"] for name in seeds}
     assert [metadata[name]["seed"] for name in seeds] == list(range(len(seeds)))
     settings = [{**metadata[name]["settings"], "seed": None} for name in seeds]
