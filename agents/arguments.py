@@ -4,10 +4,16 @@ import argparse
 from pathlib import Path
 
 
-def training_parser(description: str, folder: str) -> argparse.ArgumentParser:
-    """A parser for a training command; `folder` is where its runs go by default."""
-    parser = argparse.ArgumentParser("train", description=description)
-    parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="settings of the run, a TOML file")
+def training_parser(module: str, description: str, folder: str) -> argparse.ArgumentParser:
+    """A parser for the training command of a module; `folder` is where its runs go by default."""
+    parser = argparse.ArgumentParser(f"python -m {module}", description=description)
+    parser.add_argument(
+        "--config",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="settings of the run: a TOML file, or the name of a shipped one",
+    )
     parser.add_argument("--seed", type=int, metavar="S", help="of the run (default: the file's)")
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder of the run (default: {folder}/NAME-seedS)")
     parser.add_argument(

@@ -94,6 +94,7 @@ def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     other = [key for key in {**wanted, **kept} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])
+        differences += f"; and {len(other) - 4} more" if len(other) > 4 else ""
         raise ValueError(
             f"{path} is of a run with other settings: {differences}; allowed: the same, --fresh to begin anew, "
             "or another --out"

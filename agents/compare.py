@@ -1,4 +1,4 @@
-"""The comparison of docs/results.md: the shipped policies, a training seed each, against the scripted behaviours.
+"""The comparison of docs/results.md: the shipped policies against the scripted behaviours.
 
 `python -m dirt_env.agents.compare --out runs/compare` plays the suites `learned` and `unseen` on held-out layouts, all
 policies on the same ones, and goes on where it was stopped. `--renew-docs docs` writes results.md and its plots anew.
@@ -63,7 +63,7 @@ def learned() -> tuple[str, ...]:
 
 
 def others() -> tuple[str, ...]:
-    """Names of the shipped policies that were trained by other settings, once each."""
+    """Names of the shipped policies of other settings: one run each, so that their intervals are over layouts alone."""
     return tuple(name for name in policy_names() if name.startswith("ppo_") and name not in learned())
 
 

@@ -13,7 +13,7 @@ from dirt_env.render.atomic import write_atomically
 from .course import Ended
 from .selection import Score
 
-TRAINING, SELECTION = "training.csv", "selection.csv"
+LOGS = TRAINING, SELECTION = "training.csv", "selection.csv"
 EPISODE = ("return", "share_end", "success", "length")
 UPDATE = {  # of each algorithm, name: that of stable-baselines3
     "ppo": {

@@ -161,7 +161,8 @@ def describe(path: Path) -> str:
     training = unpacked(path, FORMAT)[1]["training"]
     settings = training["settings"]
     algorithm = settings.get("algorithm", "ppo").upper()  # files from before there was another do not say
-    return f"Learned by {algorithm}, seed {training['seed']}: {settings['description']}"
+    how = f"{algorithm}, {training['steps'] / 1e6:.1f} million steps, seed {training['seed']}"
+    return f"Learned by {how}: {settings['description']}"
 
 
 def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> LearnedPolicy:

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env.config import SceneConfig, load
-from dirt_env.config.loading import merge
+from dirt_env.config.loading import merge, scene_folder
 from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, known_keys, refuse
 from dirt_env.policy import load_policy, needed
+from dirt_env.split import SELECTION
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
@@ -169,7 +170,8 @@ class SceneKeys(Rule):
         return dict(value)
 
 
-LEVELS = Whole(Number(0, whole=True))
+LEVELS = Whole(Number(0, whole=True), 0)
+LAYOUTS = Number(1, len(SELECTION), whole=True)
 STAGE = Table(Stage, {"levels": LEVELS, "success": SHARE, "steps": FROM_ONE})
 TRAINING = Table(
     Settings,
@@ -217,7 +219,7 @@ TRAINING = Table(
         **ALGORITHMS,
         "normalise": Table(Normalise, {"pose": Flag(), "returns": Flag(), "clip": POSITIVE}),
         "record": Table(
-            Record, {"evaluate_every": FROM_ONE, "levels": LEVELS, "layouts": FROM_ONE, "save_every": FROM_ONE}
+            Record, {"evaluate_every": FROM_ONE, "levels": LEVELS, "layouts": LAYOUTS, "save_every": FROM_ONE}
         ),
     },
     fields={"stage": "stages"},
@@ -225,21 +227,38 @@ TRAINING = Table(
 
 
 def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
-    """The checked settings of a file, with `overrides` merged over it.
+    """The checked settings of a file, or of a shipped one by its name, with `overrides` merged over it.
 
     Raises ValueError that names the key, its value and what is allowed.
     """
-    written = read_file(path, overrides)
+    path = settings_file(path, "train")
+    written = read_file(path, from_here(overrides))
     known_keys(written, "", TRAINING.rules)
     settings = replace(_completed(TRAINING.read(written, "", path.parent)), name=path.stem)
     _check(settings)
     return settings
 
 
+def from_here(overrides: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Overrides whose scene file, if there is one, is looked for from the current folder, not from the settings'."""
+    worlds = overrides.get("worlds")
+    scene = worlds.get("scene") if isinstance(worlds, Mapping) else None
+    if not isinstance(scene, str) or not scene.endswith(".toml"):
+        return overrides
+    return {**overrides, "worlds": {**worlds, "scene": str(Path(scene).expanduser().absolute())}}
+
+
+def settings_file(path: Path, shelf: str) -> Path:
+    """The file, or the one of that name that is shipped in configs/`shelf`; ValueError if there is neither."""
+    folder = scene_folder().parent / shelf
+    shipped = {found.stem: found for found in sorted(folder.glob("*.toml"))}
+    if not path.is_file() and str(path) not in shipped:
+        raise ValueError(f"config {path} is no file; allowed: a TOML file, or a shipped one: {', '.join(shipped)}")
+    return path if path.is_file() else shipped[str(path)]
+
+
 def read_file(path: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """What a settings file says, with `overrides` merged over it; ValueError if it is none."""
-    if not path.is_file():
-        raise ValueError(f"config {path} is no file; allowed: a TOML file such as configs/train/ppo_heap.toml")
     try:
         written = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -272,14 +291,14 @@ def _check(settings: Settings) -> None:
             f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
         )
     _check_stages(settings)
-    _check_teacher(settings)
     played = [*settings.stages, settings.record]
     levels = {level for one in played for level in one.levels or (None,)}
     configs = [load(settings.worlds.scene, **overrides_of(settings, level)) for level in levels]
     for config in configs:
         if config.observation.map:
-            raise ValueError("worlds.set.observation asks for map; allowed: patch, pose and overview")
+            raise ValueError("worlds.set.observation.map is True; allowed: False, with patch, pose and overview")
         check_network(settings.network, config.observation.size)
+    _check_teacher(settings)
     if settings.sac is not None:
         _check_sac(settings, settings.sac, step_bytes(configs[0], settings.worlds.frames))
 

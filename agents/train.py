@@ -12,15 +12,14 @@ from dirt_env.cli.run import read_settings
 from dirt_env.config.loading import merge
 from dirt_env.terminal import end, writable
 
-OUTPUT = ("checkpoint.npz", "policy.npz", "best.npz", "training.csv", "selection.csv")
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status. Bad input is one line on stderr and status 2."""
     # By their installed name, here and below: this file also runs as a script, which has no package around it.
     from dirt_env.agents.arguments import training_parser
 
-    parser = training_parser("Train a policy by PPO or SAC; go on where a run was stopped.", "runs/train")
+    description = "Train a policy by PPO or SAC; go on where a run was stopped."
+    parser = training_parser("dirt_env.agents.train", description, "runs/train")
     options = parser.parse_args(arguments)
     return end("train", lambda: _train(options), "broken off; the same command goes on from the last save")
 
@@ -35,9 +34,7 @@ def _train(options: argparse.Namespace) -> int:
     except ImportError as error:
         raise ImportError(f'{error}; training needs more than the environment: pip install ".[train]"') from error
     out = writable(options.out or Path("runs") / "train" / f"{settings.name}-seed{settings.seed}")
-    if options.fresh:
-        _clear(out)
-    trainer = Trainer(settings, out)
+    trainer = Trainer(settings, out, options.fresh)
     if trainer.resumed:
         sys.stderr.write(f"train: going on in {out} after {trainer.steps:,} of {settings.steps:,} steps\n")
     stopped = trainer.run()
@@ -52,12 +49,6 @@ def _train(options: argparse.Namespace) -> int:
         sys.stdout.write(f"{level}{shares} (selection layouts)\n")
     sys.stdout.write(f"{trainer.steps:,} steps in {trainer.notes['seconds']:.0f} s; policy in {out / 'policy.npz'}\n")
     return 0
-
-
-def _clear(out: Path) -> None:
-    """Remove what a run has written into the folder."""
-    for path in [*(out / name for name in OUTPUT), *(out / "tensorboard").glob("events.out.tfevents.*")]:
-        path.unlink(missing_ok=True)
 
 
 if __name__ == "__main__":

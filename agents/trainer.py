@@ -1,5 +1,6 @@
 """A training run from its settings to the policy file: PPO or SAC of stable-baselines3 on the native batch."""
 
+import sys
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -17,7 +18,7 @@ from .course import Course
 from .export import actor_arrays, actor_metadata
 from .hyperparameters import Ppo
 from .imitation import imitate, let_learn
-from .logbook import Logbook
+from .logbook import LOGS, Logbook
 from .network import read, written
 from .selection import Selection
 from .settings import Settings
@@ -25,17 +26,26 @@ from .signals import caught_signals
 
 SPENT = ("seconds", "cpu_seconds")  # wall time and time of the processor, imitation included
 CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
+OUTPUT = (CHECKPOINT, LATEST, BEST, *LOGS)
 
 
 class Trainer:
     """One run in a folder. It goes on from the checkpoint there, and gives the same as if it had never stopped."""
 
-    def __init__(self, settings: Settings, out: Path) -> None:
-        """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged."""
+    def __init__(self, settings: Settings, out: Path, fresh: bool = False) -> None:
+        """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged.
+
+        With `fresh`, what the folder holds of a run is removed when all else is ready. ValueError for a device that is
+        not there.
+        """
+        if settings.device == "cuda" and not torch.cuda.is_available():
+            raise ValueError(
+                'device is "cuda", and torch sees no GPU; allowed: "cpu", or "auto" for one if there is one'
+            )
         torch.set_num_threads(settings.worlds.threads)
         self.settings, self.out = settings, out
         path = out / CHECKPOINT
-        found = checkpoint.read(path) if path.exists() else None
+        found = checkpoint.read(path) if path.exists() and not fresh else None
         if found is not None:
             checkpoint.agree(found, settings, path)
         self.course = Course(settings, 0 if found is None else found.metadata["stage"])
@@ -64,6 +74,8 @@ class Trainer:
             checkpoint.restore(found, self.model, self.env, self.course)
             self.notes = found.metadata["notes"]
         self._selection = Selection(settings)
+        if fresh:
+            _clear(out)
         self._saved = self.model.num_timesteps if self.resumed else -1
 
     @property
@@ -85,8 +97,11 @@ class Trainer:
                 if not self.resumed and self.settings.teacher.policy and not self._imitate(progress, stopped):
                     return stopped[0]
                 while not (self.is_done or stopped):
+                    judged = self.notes["evaluated"]
                     self._iterate(logbook)
                     progress.show(self.steps, self._words())
+                    if not progress.on and self.notes["evaluated"] != judged:
+                        sys.stderr.write(f"train: {self._words()}\n")
                 if not stopped and self.notes["evaluated"] < self.steps:
                     self._evaluate(logbook)
                 self._save()
@@ -104,7 +119,7 @@ class Trainer:
         """Begin from the teacher, and save; False if that was stopped: then the next run begins it anew."""
 
         def tell(share: float, words: str) -> bool:
-            progress.show(share * self.settings.steps, words)
+            progress.show(0.0, f"{share:.0%} of the imitation: {words}")
             return bool(stopped)
 
         begun, busy = perf_counter(), process_time()
@@ -187,3 +202,9 @@ class Trainer:
         shares = [f"{score['share_end']:.0%}" for score in self.notes["scores"]]
         judged = f", {' '.join(shares)} in the goal" if shares else ""
         return f"{self.steps:,} steps, {rate:,.0f} a second, stage {self.course.number + 1}{judged}"
+
+
+def _clear(out: Path) -> None:
+    """Remove what a run has written into the folder."""
+    for path in [*(out / name for name in OUTPUT), *(out / "tensorboard").glob("events.out.tfevents.*")]:
+        path.unlink(missing_ok=True)

@@ -88,8 +88,8 @@ class Recording:
         steps: int | None = None,
         overrides: Mapping[str, Any] | None = None,
     ) -> None:
-        """Read scene and policy; raises ValueError or ImportError with a sentence that helps, also where the scene asks
-        for another table `action` than the policy needs.
+        """Read scene and policy; raises ValueError or ImportError with a sentence that helps, also where
+        `overrides` ask for another table `action` than the policy needs.
         """
         given, self.policy_name, self.seeds = overrides or {}, policy, seeds
         self.policy = load_policy(policy, load(scene, **given))

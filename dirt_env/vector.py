@@ -116,7 +116,7 @@ class DirtPushVectorEnv(VectorEnv):
         self._ended[mask] = False
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
-        self._worlds.begin_at(SHOW, sight, figures, 0, self.num_envs, 0)
+        self._worlds.step_from(SHOW, sight, figures, 0, self.num_envs, 0)
         infos = batch_infos(figures, mask, np.zeros_like(mask)) if self._info == "all" else {}
         return seen, infos
 
@@ -174,7 +174,7 @@ class DirtPushVectorEnv(VectorEnv):
         self._begin(indices, [None] * self.num_envs, None)
         for index in indices:
             self.envs[index].measure()
-            self._worlds.begin_at(SHOW, sight, figures, index, index + 1, 0)
+            self._worlds.step_from(SHOW, sight, figures, index, index + 1, 0)
 
     def _measure(self, mask: np.ndarray) -> None:
         """Draw anew what the worlds of a mask bool[num_envs] measure wrong."""

@@ -154,10 +154,10 @@ class Worlds:
             self.run(step_worlds, scratch, actions, BUSY, sight, figures, index, index + 1, index, ADVANCE)
         else:
             self._step_cells(index, command_of(*values.tolist(), self.configs[index].machine))
-            self.begin_at(BOOK, sight, figures, index, index + 1, index)
+            self.step_from(BOOK, sight, figures, index, index + 1, index)
         return seen, figures[:, 0].tolist()
 
-    def begin_at(self, phase: int, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
+    def step_from(self, phase: int, sight: Sight, figures: np.ndarray, first: int, last: int, base: int) -> None:
         """`step_worlds` from a phase on that needs no actions: BOOK or SHOW."""
         scratch, count = self.scratch(0) if self._is_field else None, figures.shape[1]
         actions, idle = np.empty((count, 3)), np.zeros(count, bool)
@@ -167,7 +167,7 @@ class Worlds:
         """Observation and FIGURES of one world as it is."""
         seen, sight = self._blank(index)
         figures = np.empty((len(FIGURES), 1))
-        self.begin_at(SHOW, sight, figures, index, index + 1, index)
+        self.step_from(SHOW, sight, figures, index, index + 1, index)
         return seen, figures[:, 0].tolist()
 
     def _blank(self, index: int) -> tuple[dict[str, np.ndarray], Sight]:

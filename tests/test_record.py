@@ -81,10 +81,11 @@ def test_it_plays_again_to_the_same_bits(more, tmp_path):
     assert_replays(data)
 
 
-def test_the_map_that_a_policy_needs_is_recorded_only_where_it_is_asked_for(tmp_path):
-    without = record(tmp_path / "a", "--policy", "adaptive_push")
+@pytest.mark.parametrize("more", [[], NOISY])
+def test_the_map_that_a_policy_needs_is_recorded_only_where_it_is_asked_for(more, tmp_path):
+    without = record(tmp_path / "a", "--policy", "adaptive_push", *more)
     assert set(without.observation_space) == {"patch", "pose"}
-    asked = record(tmp_path / "b", "--policy", "adaptive_push", "--set", "observation.map=true")
+    asked = record(tmp_path / "b", "--policy", "adaptive_push", "--set", "observation.map=true", *more)
     assert set(asked.observation_space) == {"patch", "pose", "map"}
     for one, other in zip(without, asked, strict=True):
         assert one.actions.tobytes() == other.actions.tobytes()

@@ -16,7 +16,9 @@ from ..settings import (
     SceneName,
     Whole,
     check_network,
+    from_here,
     read_file,
+    settings_file,
 )
 
 NOT_NEGATIVE = Number(0)
@@ -45,7 +47,7 @@ class Cluster:
 
 @dataclass(frozen=True)
 class Ppo:
-    """Hyperparameters of PPO, under the names that `agents/settings.py` has for them; `kl_coef` is RLlib's penalty."""
+    """Hyperparameters of PPO, under the names that `agents/hyperparameters.py` has; `kl_coef` is RLlib's penalty."""
 
     n_steps: int = 32
     batch_size: int = 2048
@@ -86,6 +88,7 @@ class ClusterSettings:
         return {"name": self.name, **CLUSTER.write(self)}
 
 
+SHARED = [name for name in Ppo.__dataclass_fields__ if name != "kl_coef"]  # with the other training script
 CLUSTER = Table(
     ClusterSettings,
     {
@@ -100,26 +103,29 @@ CLUSTER = Table(
             Cluster, {"runners": FROM_ZERO, "cpus": POSITIVE, "learners": FROM_ZERO, "gpus": NOT_NEGATIVE}
         ),
         "network": TRAINING.rules["network"],
-        "ppo": Table(Ppo, {name: PPO.rules.get(name, NOT_NEGATIVE) for name in Ppo.__dataclass_fields__}),
+        "ppo": Table(Ppo, {**{name: PPO.rules[name] for name in SHARED}, "kl_coef": NOT_NEGATIVE}),
     },
 )
 
 
 def load_cluster_settings(path: Path, overrides: Mapping[str, Any]) -> ClusterSettings:
-    """The checked settings of a file, with `overrides` merged over it.
+    """The checked settings of a file, or of a shipped one by its name, with `overrides` merged over it.
 
     Raises ValueError that names the key, its value and what is allowed.
     """
-    written = read_file(path, overrides)
+    path = settings_file(path, "rllib")
+    written = read_file(path, from_here(overrides))
     known_keys(written, "", CLUSTER.rules)
     settings = replace(CLUSTER.read(written, "", path.parent), name=path.stem)
     batch, rollout = settings.ppo.batch_size, settings.rollout
     if batch > rollout:
-        raise ValueError(f"ppo.batch_size is {batch}; allowed: at most runners x worlds x n_steps = {rollout}")
+        raise ValueError(
+            f"ppo.batch_size is {batch}; allowed: at most cluster.runners x worlds.count x ppo.n_steps = {rollout}"
+        )
     for variant in variants_of(settings.worlds):
         config = scene_of(settings.worlds, variant)
         if config.observation.overview or config.observation.map:
-            raise ValueError("worlds.set.observation asks for overview or map; allowed: patch and pose")
+            raise ValueError("worlds.set.observation has overview or map True; allowed: patch and pose")
         check_network(settings.network, config.observation.size)
     return settings
 

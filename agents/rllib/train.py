@@ -21,7 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # By their installed name, here and below: this file also runs as a script, and the cluster's machines import it so.
     from dirt_env.agents.arguments import training_parser
 
-    parser = training_parser("Train a policy by RLlib's PPO, on one machine or many.", "runs/rllib")
+    description = "Train a policy by RLlib's PPO, on one machine or many."
+    parser = training_parser("dirt_env.agents.rllib.train", description, "runs/rllib")
     parser.add_argument(
         "--address", default="local", help='Ray cluster: its host:port, "auto", or "local" (default: this machine)'
     )

@@ -90,12 +90,13 @@ def step_worlds(
                         command, scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
                         zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
                     )  # fmt: skip
-        if phase <= BOOK:
-            for w in range(begin, end):
-                if not idle[w - base]:
+        for w in range(begin, end):
+            if not idle[w - base]:
+                if phase <= BOOK:
                     _book(batch, w, figures, w - base)
-        else:
-            figures[FIRST_TERM:, begin - base : end - base] = 0.0
+                else:
+                    for k in range(FIRST_TERM, REWARD + 1):
+                        figures[k, w - base] = 0.0
         for w in range(begin, end):
             if not idle[w - base]:
                 _show(batch, w, sight, figures, w - base)

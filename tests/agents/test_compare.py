@@ -14,16 +14,16 @@ from .conftest import METADATA, weights
 
 @pytest.fixture
 def two(tmp_path, monkeypatch):
-    """Two policies in place of those that are shipped, one that pushes straight on and one that stands."""
+    """Instead of what is shipped two seeds, one that pushes and one that stands, and one more like the first."""
     names = []
-    for seed, speed in enumerate((0.4, 0.0)):
-        path = tmp_path / f"ppo_seed{seed}.npz"
+    for name, speed in (("ppo_seed0", 0.4), ("ppo_seed1", 0.0), ("ppo_large", 0.4)):
+        path = tmp_path / f"{name}.npz"
         path.write_bytes(written(weights(drive=(0.0, speed, 0.0)), METADATA))
         log = ["steps,seconds,level,share_area", *(f"{n * 10},{n * 60.0},0,{0.1 * n}" for n in range(4))]
         path.with_suffix(".csv").write_text("\n".join(log) + "\n")
         names.append(str(path))
-    monkeypatch.setattr(compare, "learned", lambda: tuple(names))
-    monkeypatch.setattr(compare, "others", lambda: ())
+    monkeypatch.setattr(compare, "learned", lambda: tuple(names[:2]))
+    monkeypatch.setattr(compare, "others", lambda: tuple(names[2:]))
     monkeypatch.setattr(compare, "SUITES", {"quick": ("idle",)})
     return names
 
@@ -37,13 +37,19 @@ def test_it_plays_all_and_writes_tables_and_plots(two, tmp_path, capsys):
     command = ["--out", str(out), "--layouts", "2", "--renew-docs", str(docs)]
     assert compare.main(command) == 0
     text = (docs / "results.md").read_text()
-    assert text.count("| PPO, all seeds |") == 2
+    means, ratios = text.split("<!-- results:quick-ratios -->")
+    assert means.count("| PPO, all seeds |") == 2
+    assert "| level | policy | over |" in ratios
+    assert ratios.count("| PPO, all seeds | idle |") == ratios.count("ppo_large.npz | idle |") == 2
     assert "| 0 | idle | 0.0 [0.0, 0.0] |" in text
     assert "layouts: 2 of each level" in text
     played = [json.loads(line) for line in (out / "quick" / "episodes.jsonl").read_text().splitlines()[1:]]
     pushed = [row["metrics"]["share_end"] for row in played if row["policy"] == two[0] and row["level"] == 0]
     assert len(pushed) == 2
-    assert f"{100 * sum(pushed) / 2:.1f} [" in text
+    of = {line.split(" | ")[1]: line.split(" | ")[2] for line in means.splitlines() if line.startswith("| 0 | ")}
+    assert of[two[0]].startswith(f"{100 * sum(pushed) / 2:.1f} [")
+    assert of[two[2]] == of[two[0]]  # it does the same
+    assert of["PPO, all seeds"].startswith(f"{100 * sum(pushed) / 4:.1f} [")  # of both seeds, and of nothing else
     for name in ("quick", "learning"):
         assert (docs / "figures" / "results" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
     before = (out / "quick" / "episodes.jsonl").read_bytes()

@@ -40,10 +40,12 @@ def test_overrides_are_laid_over_the_file():
         ({"network": {"kernels": [40, 3]}}, "network.kernels has 40 over 16 pixels"),
         ({"stage": [{"levels": [0]}, {"levels": [1]}]}, r"stage\[0\] never ends; allowed"),
         ({"stage": [{"levels": [0], "success": 0.5}]}, r"stage\[0\] ends; allowed"),
-        ({"worlds": {"set": {"observation": {"map": True}}}}, "asks for map; allowed: patch, pose and overview"),
+        ({"worlds": {"set": {"observation": {"map": True}}}}, "observation.map is True; allowed: False, with patch"),
         ({"stage": [{"levels": [9]}]}, "layout.level is 9; allowed"),
         ({"stage": []}, r"stage is empty; allowed: one \[\[stage\]\] or more"),
         ({"worlds": {"set": {"soil": {"repos": 30}}}}, "soil.repos is not known, did you mean repose"),
+        ({"worlds": {"scene": "heep"}}, "^scene is 'heep'"),
+        ({"record": {"layouts": 3000}}, "record.layouts is 3000; allowed: .* <= 2000"),
         ({"worlds": {"count": 9000}}, "worlds.count is 9000; allowed: .* <= 8000"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
     ],
@@ -81,6 +83,19 @@ def test_a_run_has_the_table_of_its_algorithm_alone(tmp_path):
     assert by_ppo.sac is None
     assert by_sac.ppo is None
     assert (by_ppo.learner.n_steps, by_sac.learner.tau) == (32, 0.005)
+
+
+def test_a_shipped_file_goes_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_settings(Path("ppo_heap"), {}) == load_settings(shipped("ppo_heap"), {})
+
+
+def test_a_scene_of_ones_own_is_looked_for_from_the_current_folder(tmp_path, monkeypatch):
+    scene = shipped("ppo_heap").parents[1] / "scene" / "posts.toml"
+    (tmp_path / "mine.toml").write_text(scene.read_text())
+    monkeypatch.chdir(tmp_path)
+    own = {"worlds": {"scene": "mine.toml"}, "stage": [{}], "record": {"levels": []}}
+    assert load_settings(shipped("ppo_heap"), own).worlds.scene == str(tmp_path / "mine.toml")
 
 
 def test_a_file_that_is_none(tmp_path):

@@ -13,6 +13,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
+import torch
 from dirt_env.agents import checkpoint
 from dirt_env.agents.train import main
 from dirt_env.agents.trainer import Trainer
@@ -222,3 +223,13 @@ def test_an_out_that_is_no_folder_is_one_clear_line(tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     assert main(["--config", str(SMOKE), "--out", str(tmp_path / "file")]) == 2
     assert capsys.readouterr().err.startswith(f"train: error: --out is {tmp_path / 'file'}, which is a file; allowed")
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
+def test_a_gpu_that_is_not_there_is_said_before_an_old_run_goes(tmp_path, capsys):
+    (tmp_path / "policy.npz").write_text("of an old run")
+    assert main(["--config", str(SMOKE), "--out", str(tmp_path), "--fresh", "--set", "device=cuda"]) == 2
+    assert capsys.readouterr().err == (
+        'train: error: device is "cuda", and torch sees no GPU; allowed: "cpu", or "auto" for one if there is one\n'
+    )
+    assert (tmp_path / "policy.npz").read_text() == "of an old run"

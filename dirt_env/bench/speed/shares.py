@@ -32,8 +32,8 @@ def shares(steps: int) -> dict[str, float]:
     for step in range(steps + 1):
         phases = (
             lambda step=step: bare.drive(commands[step : step + 1]),
-            lambda: bare.worlds.begin_at(BOOK, *rest),
-            lambda: bare.worlds.begin_at(SHOW, *rest),
+            lambda: bare.worlds.step_from(BOOK, *rest),
+            lambda: bare.worlds.step_from(SHOW, *rest),
             lambda step=step: whole.steps(actions[step : step + 1]),
         )
         times.append([seconds(phase) for phase in phases])

@@ -27,7 +27,10 @@ def test_shipped_settings_are_read_and_written_back(path):
     [
         ({"ppo": {"gama": 0.9}}, "ppo.gama is not known, did you mean gamma"),
         ({"cluster": {"runners": -1}}, "cluster.runners is -1"),
-        ({"ppo": {"batch_size": 257}}, "ppo.batch_size is 257; allowed: at most runners x worlds x n_steps = 256"),
+        (
+            {"ppo": {"batch_size": 257}},
+            "ppo.batch_size is 257; allowed: at most cluster.runners x worlds.count x ppo.n_steps = 256",
+        ),
         ({"worlds": {"levels": [17]}}, "level is 17"),
         ({"worlds": {"set": {"observation": {"map": True}}}}, "allowed: patch and pose"),
         ({"network": {"kernels": [9]}}, "network.kernels has 9 over 8 pixels"),
