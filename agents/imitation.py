@@ -53,7 +53,7 @@ def _fit(settings: Settings, model: PPO, env: VecNormalize, shown: Demonstration
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
-        if tell(RECORDING + (1.0 - RECORDING) * (number + 1) / len(batches), f"imitation, error {loss.item():.3f}"):
+        if tell(RECORDING + (1.0 - RECORDING) * (number + 1) / len(batches), f"error {loss.item():.3f}"):
             return False
     return True
 

@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _train(options: argparse.Namespace) -> int:
-    from dirt_env.agents.settings import load_settings
+    from dirt_env.agents.loading import load_settings
 
     seed = {} if options.seed is None else {"seed": options.seed}
     settings = load_settings(options.config, merge(read_settings(options.set), seed))

@@ -119,7 +119,7 @@ class Trainer:
         """Begin from the teacher, and save; False if that was stopped: then the next run begins it anew."""
 
         def tell(share: float, words: str) -> bool:
-            progress.show(0.0, f"{share:.0%} of the imitation: {words}")
+            progress.show(share * self.settings.steps, f"imitation: {words}")
             return bool(stopped)
 
         begun, busy = perf_counter(), process_time()

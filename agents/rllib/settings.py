@@ -8,18 +8,10 @@ from typing import Any
 from dirt_env.config import SceneConfig, load
 from dirt_env.config.rules import Number, Table, Text, known_keys
 
+from ..consistency import check_network
 from ..hyperparameters import FROM_ONE, POSITIVE, PPO
-from ..settings import (
-    TRAINING,
-    Network,
-    SceneKeys,
-    SceneName,
-    Whole,
-    check_network,
-    from_here,
-    read_file,
-    settings_file,
-)
+from ..loading import read_file, settings_file
+from ..settings import TRAINING, Network, SceneKeys, SceneName, Whole
 
 NOT_NEGATIVE = Number(0)
 FROM_ZERO = Number(0, whole=True)
@@ -114,7 +106,7 @@ def load_cluster_settings(path: Path, overrides: Mapping[str, Any]) -> ClusterSe
     Raises ValueError that names the key, its value and what is allowed.
     """
     path = settings_file(path, "rllib")
-    written = read_file(path, from_here(overrides))
+    written = read_file(path, overrides)
     known_keys(written, "", CLUSTER.rules)
     settings = replace(CLUSTER.read(written, "", path.parent), name=path.stem)
     batch, rollout = settings.ppo.batch_size, settings.rollout

@@ -4,7 +4,6 @@ The same command goes on where a run was stopped, by Ctrl-C, a crash or a kill.
 """
 
 import argparse
-import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -36,16 +35,11 @@ def _train(options: argparse.Namespace) -> int:
     seed = {} if options.seed is None else {"seed": options.seed}
     settings = load_cluster_settings(options.config, merge(read_settings(options.set), seed))
     try:
-        from dirt_env.agents.rllib.trainer import LOG, POLICY, SETTINGS, ClusterTrainer
+        from dirt_env.agents.rllib.trainer import POLICY, ClusterTrainer
     except ImportError as error:
         raise ImportError(f"{error}; {NEEDED}") from error
     out = writable(options.out or Path("runs") / "rllib" / f"{settings.name}-seed{settings.seed}")
-    if options.fresh:
-        for path in [*out.glob("checkpoint-*"), *out.glob(".checkpoint-*")]:
-            shutil.rmtree(path)
-        for name in (LOG, POLICY, SETTINGS):
-            (out / name).unlink(missing_ok=True)
-    trainer = ClusterTrainer(settings, out, options.address)
+    trainer = ClusterTrainer(settings, out, options.address, options.fresh)
     if trainer.resumed:
         sys.stderr.write(f"train: going on in {out} after {trainer.steps:,} of {settings.steps:,} steps\n")
     stopped = trainer.run()

@@ -38,18 +38,23 @@ PATIENCE = 600.0  # s for a rollout; on a new machine the kernels are compiled f
 class ClusterTrainer:
     """One run in a folder. It goes on from the newest checkpoint there."""
 
-    def __init__(self, settings: ClusterSettings, out: Path, address: str) -> None:
+    def __init__(self, settings: ClusterSettings, out: Path, address: str, fresh: bool = False) -> None:
         """Join the cluster at that address ("auto", "local", host:port).
 
-        ValueError if there is none, or if the folder holds a run of other settings.
+        ValueError if there is none, or if the folder holds a run of other settings. With `fresh`, what it holds of a
+        run is removed when all else is ready.
         """
-        _agree(settings, out / SETTINGS)
+        if not fresh:
+            _agree(settings, out / SETTINGS)
         try:
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
         except (ConnectionError, ValueError) as error:
             raise ValueError(f"--address is {address!r}: {' '.join(str(error).split())}") from None
         self.settings, self.out = settings, out.absolute()
         self.algorithm: PPO = ppo_config(settings).build_algo()
+        if fresh:
+            _clear(self.out)
+            _agree(settings, self.out / SETTINGS)
         self.steps = 0
         saved = sorted(self.out.glob("checkpoint-" + "[0-9]" * 12))
         if saved:
@@ -130,6 +135,14 @@ def _cut_log(path: Path, steps: int) -> float:
     writer.writerows(kept)
     write_atomically(path, text.getvalue().encode())
     return float(kept[-1]["seconds"]) if kept else 0.0
+
+
+def _clear(out: Path) -> None:
+    """Remove what a run has written into the folder."""
+    for path in [*out.glob("checkpoint-*"), *out.glob(".checkpoint-*")]:
+        shutil.rmtree(path)
+    for name in (LOG, POLICY, SETTINGS):
+        (out / name).unlink(missing_ok=True)
 
 
 def _agree(settings: ClusterSettings, path: Path) -> None:

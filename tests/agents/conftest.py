@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dirt_env.agents.loading import load_settings
 from dirt_env.agents.network import written
-from dirt_env.agents.settings import load_settings
 
 SMOKE = Path(__file__).resolve().parents[2] / "configs" / "train" / "smoke.toml"
 SEEN = {

@@ -1,5 +1,8 @@
 """Beginning from a teacher: what it shows, what the actor takes from it, and that the rest of a run is as before."""
 
+import sys
+from io import StringIO
+
 import numpy as np
 import pytest
 
@@ -8,7 +11,7 @@ pytest.importorskip("stable_baselines3")
 import torch
 from dirt_env.agents.demonstrations import demonstrate
 from dirt_env.agents.imitation import imitate, let_learn
-from dirt_env.agents.settings import load_settings
+from dirt_env.agents.loading import load_settings
 from dirt_env.agents.trainer import Trainer
 
 from dirt_env.config import load
@@ -117,3 +120,18 @@ def test_the_default_run_begins_from_the_yardstick():
     settings = load_settings(SMOKE.with_name("ppo_heap.toml"), {})
     assert load_policy(settings.teacher.policy, load("heap")).sees == "map"
     assert settings.worlds.set["action"] == {"blade": "grade"}
+
+
+def test_a_terminal_shows_how_far_the_imitation_has_come(tmp_path, monkeypatch):
+    screen = StringIO()
+    screen.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", screen)
+    trainer = Trainer(smoke(steps=512, teacher=TEACHER), tmp_path)
+    assert trainer.run() is None
+    trainer.close()
+    shown = screen.getvalue().split("\r")
+    recorded = [line for line in shown if "imitation: " in line and " steps of adaptive_push recorded" in line]
+    fitted = [line for line in shown if "imitation: error " in line]
+    assert len(recorded) > 10
+    assert len(fitted) > 10
+    assert "100 %" in fitted[-1]

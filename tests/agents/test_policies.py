@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dirt_env.agents.loading import load_settings
 from dirt_env.agents.network import load
-from dirt_env.agents.settings import load_settings
 
 from dirt_env.bench.evaluate.episode import Trial, run_trial
 from dirt_env.bench.evaluate.suite import Task

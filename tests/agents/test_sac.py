@@ -7,9 +7,9 @@ pytest.importorskip("stable_baselines3")
 
 import torch
 from dirt_env.agents import checkpoint
+from dirt_env.agents.consistency import step_bytes
 from dirt_env.agents.export import actor_arrays, actor_metadata
 from dirt_env.agents.network import load, read
-from dirt_env.agents.settings import step_bytes
 from dirt_env.agents.trainer import Trainer
 
 from dirt_env.config import load as load_scene

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from dirt_env.agents.settings import load_settings
+from dirt_env.agents.loading import load_settings
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "configs" / "train").glob("*.toml"))
 

@@ -225,8 +225,8 @@ def test_an_out_that_is_no_folder_is_one_clear_line(tmp_path, capsys):
     assert capsys.readouterr().err.startswith(f"train: error: --out is {tmp_path / 'file'}, which is a file; allowed")
 
 
-@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
-def test_a_gpu_that_is_not_there_is_said_before_an_old_run_goes(tmp_path, capsys):
+def test_a_gpu_that_is_not_there_is_said_before_an_old_run_goes(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     (tmp_path / "policy.npz").write_text("of an old run")
     assert main(["--config", str(SMOKE), "--out", str(tmp_path), "--fresh", "--set", "device=cuda"]) == 2
     assert capsys.readouterr().err == (

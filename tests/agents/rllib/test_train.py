@@ -76,6 +76,17 @@ def test_a_lost_machine_does_not_end_the_run(tmp_path):
         steps, seconds = ([float(row[name]) for row in rows(out)] for name in ("steps", "seconds"))
         assert steps[-1] >= wanted
         assert (steps, seconds) == (sorted(set(steps)), sorted(seconds))
+        before = {path.name for path in out.iterdir()}
+        nowhere = [*TRAIN, "--address", "nonsense", "--out", str(out), "--fresh"]
+        lost = subprocess.run(nowhere, capture_output=True, text=True, timeout=300)
+        assert (lost.returncode, lost.stderr.count("\n")) == (2, 1), lost.stderr
+        assert {path.name for path in out.iterdir()} == before  # the old run is there until the new one can be
+        anew = subprocess.run(
+            [*command, "--set", f"steps={STEPS}", "--fresh"], capture_output=True, text=True, timeout=300
+        )
+        assert anew.returncode == 0, anew.stderr
+        assert [float(row["steps"]) for row in rows(out)] == [STEPS]
+        assert [path.name for path in out.glob("checkpoint-*")] == [f"checkpoint-{STEPS:012d}"]
     finally:
         cluster.shutdown()
     policy = load_policy(str(out / "policy.npz"), load("heap"))

@@ -1,0 +1,107 @@
+"""What the settings of a training run have to have in common, beyond the rules of each key."""
+
+from dirt_env.config import SceneConfig, load
+from dirt_env.policy import load_policy, needed
+from dirt_env.task.observation import POSE_ENTRIES
+from dirt_env.task.site_map import OVERVIEW
+
+from .hyperparameters import Sac
+from .settings import Network, Settings, Teacher, overrides_of
+
+
+def check(settings: Settings) -> None:
+    """Raise ValueError where values do not go together."""
+    ppo = settings.ppo
+    if ppo is not None and settings.rollout % ppo.batch_size:
+        raise ValueError(
+            f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
+        )
+    _check_stages(settings)
+    played = [*settings.stages, settings.record]
+    levels = {level for one in played for level in one.levels or (None,)}
+    configs = [load(settings.worlds.scene, **overrides_of(settings, level)) for level in levels]
+    for config in configs:
+        if config.observation.map:
+            raise ValueError("worlds.set.observation.map is True; allowed: False, with patch, pose and overview")
+        check_network(settings.network, config.observation.size)
+    _check_teacher(settings)
+    if settings.sac is not None:
+        _check_sac(settings, settings.sac, step_bytes(configs[0], settings.worlds.frames))
+
+
+def _check_sac(settings: Settings, sac: Sac, size: int) -> None:
+    """Raise ValueError where SAC cannot do what is asked for; `size` is that of a step in the buffer [bytes]."""
+    if settings.teacher.policy:
+        raise ValueError(
+            f'teacher.policy is {settings.teacher.policy!r} with algorithm "sac", which begins from nothing; '
+            'allowed: no teacher, or algorithm = "ppo"'
+        )
+    taken, room = sac.buffer_size * size / 1e9, int(sac.memory * 1e9 / size)
+    if taken > sac.memory:
+        raise ValueError(
+            f"sac.buffer_size is {sac.buffer_size}, which takes {taken:.2f} GB ({size:,} bytes a step); allowed: at "
+            f"most {room} in sac.memory = {sac.memory:g} GB, or more memory"
+        )
+    least = max(settings.rollout, sac.batch_size)
+    if sac.buffer_size < least:
+        raise ValueError(
+            f"sac.buffer_size is {sac.buffer_size}; allowed: at least {least}, a batch and "
+            "worlds.count x sac.train_freq"
+        )
+    if sac.learning_starts >= settings.steps:
+        raise ValueError(f"sac.learning_starts is {sac.learning_starts}; allowed: less than steps = {settings.steps}")
+
+
+def step_bytes(config: SceneConfig, frames: int) -> int:
+    """What a step takes in the buffer of SAC: what was seen before and after it, action, reward, two marks."""
+    seen = config.observation
+    pictures = frames * len(config.channels) * seen.size**2 + (2 * OVERVIEW**2 if seen.overview else 0)
+    return 2 * (2 * pictures + 4 * frames * len(POSE_ENTRIES)) + 4 * (3 + 1 + 2)
+
+
+def _check_teacher(settings: Settings) -> None:
+    """Raise ValueError where the teacher cannot play what is trained on, or leaves nothing to learn."""
+    teacher = settings.teacher
+    if not teacher.policy:
+        if teacher != Teacher():
+            raise ValueError("teacher.policy is ''; allowed: a scripted behaviour, or no other keys of [teacher]")
+        return
+    level = (settings.stages[-1].levels or (None,))[0]
+    try:
+        policy = load_policy(teacher.policy, load(settings.worlds.scene, **overrides_of(settings, level)))
+    except (ValueError, ImportError) as error:
+        raise ValueError(f"teacher.policy is {teacher.policy!r}: {error}") from error
+    if needed(policy) not in ({}, {"observation": {"map": True}}):
+        raise ValueError(f"teacher.policy is {teacher.policy!r}, which needs {needed(policy)}; allowed: the map alone")
+    if teacher.critic_steps >= settings.steps:
+        raise ValueError(f"teacher.critic_steps is {teacher.critic_steps}; allowed: less than steps {settings.steps}")
+
+
+def _check_stages(settings: Settings) -> None:
+    """Raise ValueError where a stage but the last never ends, or the last one does."""
+    if not settings.stages:
+        raise ValueError("stage is empty; allowed: one [[stage]] or more")
+    for number, stage in enumerate(settings.stages):
+        ends, last = stage.success is not None or stage.steps is not None, number == len(settings.stages) - 1
+        if ends == last:
+            said = "ends" if ends else "never ends"
+            raise ValueError(
+                f"stage[{number}] {said}; allowed: `success` or `steps` in every stage but the last, which has neither"
+            )
+        if len(stage.levels) > settings.worlds.count:
+            raise ValueError(
+                f"stage[{number}].levels are {len(stage.levels)}; allowed: at most worlds.count {settings.worlds.count}"
+            )
+
+
+def check_network(network: Network, size: int) -> None:
+    """Raise ValueError where the lists of convolutions differ in length, or one is larger than what is left to see."""
+    if not len(network.filters) == len(network.kernels) == len(network.strides):
+        raise ValueError(
+            f"network.filters, kernels and strides have {len(network.filters)}, {len(network.kernels)} and "
+            f"{len(network.strides)} numbers; allowed: as many each, one for each convolution"
+        )
+    for kernel, stride in zip(network.kernels, network.strides, strict=True):
+        if kernel > size:
+            raise ValueError(f"network.kernels has {kernel} over {size} pixels; allowed: at most as many")
+        size = (size - kernel) // stride + 1
