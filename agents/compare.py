@@ -8,6 +8,7 @@ import argparse
 import csv
 import sys
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ METRICS = {  # name: (heading, digits, factor)
     "volume_distance_m4_per_min": ("m3 m a minute", 1, 1.0),
     "score": ("score", 3, 1.0),
 }
-ALL = "PPO, all seeds"
+SEEDS, ALL = "ppo_seed", "PPO, all seeds"  # how the seeds' names begin, and what they are called together
 RATIOS = {"volume_distance_m4_per_min": "m3 m a minute", "time_s": "time", "score": "score"}
 
 
@@ -56,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def learned() -> tuple[str, ...]:
     """Names of the shipped policies of all training seeds; ValueError where none is shipped."""
-    names = tuple(name for name in policy_names() if name.startswith("ppo_seed"))
+    names = tuple(name for name in policy_names() if name.startswith(SEEDS))
     if not names:
         raise ValueError("no trained policies are shipped; needed: agents/policies/ppo_seed0.npz and so on")
     return names
@@ -64,7 +65,7 @@ def learned() -> tuple[str, ...]:
 
 def others() -> tuple[str, ...]:
     """Names of the shipped policies of other settings: one run each, so that their intervals are over layouts alone."""
-    return tuple(name for name in policy_names() if name.startswith("ppo_") and name not in learned())
+    return tuple(name for name in policy_names() if name.startswith("ppo_") and not name.startswith(SEEDS))
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -97,9 +98,9 @@ def _compare(options: argparse.Namespace) -> int:
 def _rows(records: Records, scripted: Sequence[str], levels: Sequence[int], layouts: Sequence[int]) -> list[list[str]]:
     """A row for each level and policy, and one for all training seeds together."""
     rows = [["level", "policy", *(heading for heading, _, _ in METRICS.values())]]
+    groups = {name: [name] for name in scripted} | {ALL: learned()}
+    groups |= {name: [name] for name in (*learned(), *others())}
     for level in levels:
-        groups = {name: [name] for name in scripted} | {ALL: learned()}
-        groups |= {name: [name] for name in (*learned(), *others())}
         for name, members in groups.items():
             cells = []
             for metric, (_, digits, factor) in METRICS.items():
@@ -114,14 +115,12 @@ def _ratios(
 ) -> list[list[str]]:
     """What all training seeds reach together, and the others, over scripted behaviours on the same layouts."""
     rows = [["level", "policy", "over", *RATIOS.values()]]
-    for level in levels:
-        for group, members in {ALL: learned(), **{name: (name,) for name in others()}}.items():
-            for name in scripted:
-                pairs = [
-                    ratio(*(matrix(records, side, level, layouts, metric) for side in (members, [name])))
-                    for metric in RATIOS
-                ]
-                rows.append([str(level), group, name, *(_cell(found, 2) for found in pairs)])
+    groups = {ALL: learned()} | {name: [name] for name in others()}
+    for level, (group, members), name in product(levels, groups.items(), scripted):
+        pairs = [
+            ratio(*(matrix(records, side, level, layouts, metric) for side in (members, [name]))) for metric in RATIOS
+        ]
+        rows.append([str(level), group, name, *(_cell(found, 2) for found in pairs)])
     return rows
 
 

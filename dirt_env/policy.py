@@ -93,6 +93,12 @@ def needed(policy: Policy) -> dict[str, dict[str, Any]]:
 
 def overrides_for(name: str, policy: Policy, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """A scene's overrides with what the policy of that name needs; ValueError where they ask for something else."""
+    check_needs(name, policy, overrides)
+    return merge(overrides, needed(policy))
+
+
+def check_needs(name: str, policy: Policy, overrides: Mapping[str, Any]) -> None:
+    """Raise ValueError where overrides of a scene ask for something else than the policy of that name needs."""
     for table, keys in needed(policy).items():
         given = overrides.get(table)
         for key, value in keys.items():
@@ -100,7 +106,6 @@ def overrides_for(name: str, policy: Policy, overrides: Mapping[str, Any]) -> di
                 raise ValueError(
                     f"{table}.{key} is {given[key]!r}; allowed with policy {name}, which needs it: {value!r}"
                 )
-    return merge(overrides, needed(policy))
 
 
 def policy_names() -> tuple[str, ...]:

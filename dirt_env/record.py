@@ -20,7 +20,7 @@ from dirt_env import __version__
 from dirt_env.config import load
 from dirt_env.config.loading import merge
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import load_policy, needed, overrides_for
+from dirt_env.policy import check_needs, load_policy, needed
 from dirt_env.progress import Progress
 from dirt_env.task.reward import TERMS
 
@@ -88,14 +88,15 @@ class Recording:
         steps: int | None = None,
         overrides: Mapping[str, Any] | None = None,
     ) -> None:
-        """Read scene and policy; raises ValueError or ImportError with a sentence that helps, also where
-        `overrides` ask for another table `action` than the policy needs.
+        """Read scene and policy; raises ValueError or ImportError with a sentence that helps.
+
+        ValueError, too, where `overrides` ask for another table `action` than the policy needs.
         """
         given, self.policy_name, self.seeds = overrides or {}, policy, seeds
         self.policy = load_policy(policy, load(scene, **given))
         tables = needed(self.policy)
         meant = {name: table for name, table in tables.items() if name == "action"}
-        overrides_for(policy, self.policy, {name: table for name, table in given.items() if name == "action"})
+        check_needs(policy, self.policy, {name: given[name] for name in meant if name in given})
         self.config, seen = (load(scene, **merge(given, changes)) for changes in (meant, tables))
         self.steps = steps or self.config.steps
         # All of the scene goes into the data set, so it can be played again where the scene's file has changed.
