@@ -9,7 +9,10 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecNormalize
 
+from dirt_env.config import SceneConfig
+
 from .extractor import PatchPoseOverview
+from .frames import places
 from .replay import Replay
 from .settings import Settings
 
@@ -95,13 +98,14 @@ class LongSAC(WholeRun, SAC):
 Model = LongPPO | LongSAC
 
 
-def make_model(settings: Settings, env: VecNormalize) -> Model:
-    """The algorithm of the settings, with the network for patch, pose and overview."""
+def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Model:
+    """The algorithm of the settings, with the network for patch, pose and overview of that scene."""
     table, network = vars(settings.learner), settings.network
+    todo = places("todo", config.channels, settings.worlds.frames) if network.roots else []
     same = {name: value for name, value in table.items() if name not in OWN}
     shape = {
         "features_extractor_class": PatchPoseOverview,
-        "features_extractor_kwargs": {"network": network},
+        "features_extractor_kwargs": {"network": network, "todo": todo},
         "net_arch": list(network.hidden),
         "activation_fn": torch.nn.Tanh,
         "normalize_images": False,

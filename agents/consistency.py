@@ -24,6 +24,11 @@ def check(settings: Settings) -> None:
         if config.observation.map:
             raise ValueError("worlds.set.observation.map is True; allowed: False, with patch, pose and overview")
         check_network(settings.network, config.observation.size)
+        if settings.network.roots and "todo" not in config.channels:
+            raise ValueError(
+                f"network.roots is True with worlds.set.observation.channels = {list(config.channels)}; allowed: with "
+                '"todo" among them'
+            )
     _check_teacher(settings)
     if settings.sac is not None:
         _check_sac(settings, settings.sac, step_bytes(configs[0], settings.worlds.frames))

@@ -13,12 +13,13 @@ from .layers import arrays_of, weighted
 
 
 class Actor(NamedTuple):
-    """The layers of a model's actor, and how the last one's values become actions (`network.SQUASHES`)."""
+    """The layers of a model's actor, how the last one's values become actions (`network.SQUASHES`), and `roots`."""
 
     convolutions: list[nn.Conv2d]
     hidden: list[nn.Linear]
     action: nn.Linear
     squash: str
+    roots: bool
 
 
 def actor_of(policy: Any) -> Actor:
@@ -30,7 +31,7 @@ def actor_of(policy: Any) -> Actor:
         extractor, dense, action = policy.features_extractor, policy.mlp_extractor.policy_net, policy.action_net
         squash = "clip"
     hidden = [extractor.dense, *weighted(dense, nn.Linear)]
-    return Actor(weighted(extractor.convolutions, nn.Conv2d), hidden, action, squash)
+    return Actor(weighted(extractor.convolutions, nn.Conv2d), hidden, action, squash, extractor.roots)
 
 
 def actor_arrays(policy: Any, normaliser: VecNormalize) -> dict[str, np.ndarray]:
@@ -46,7 +47,7 @@ def actor_arrays(policy: Any, normaliser: VecNormalize) -> dict[str, np.ndarray]
 
 
 def actor_metadata(policy: Any, config: SceneConfig, frames: int, clip: float) -> dict[str, Any]:
-    """What the arrays have to be read with: observation, frames, strides, number of hidden layers, clip, squash."""
+    """What the arrays have to be read with: observation, frames, strides, hidden layers, clip, squash, roots."""
     actor, seen = actor_of(policy), config.observation
     return {
         "observation": {
@@ -63,4 +64,5 @@ def actor_metadata(policy: Any, config: SceneConfig, frames: int, clip: float) -
         "hidden": len(actor.hidden),
         "clip": clip,
         "squash": actor.squash,
+        "roots": actor.roots,
     }

@@ -7,7 +7,7 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
-from .layers import convolutions_over
+from .layers import convolutions_over, rooted, with_roots
 from .settings import OVERVIEW_GAIN, Network
 
 
@@ -15,20 +15,26 @@ class PatchPoseOverview(BaseFeaturesExtractor):
     """`network.features` numbers of `patch`, `pose` and, if there is one, `overview`; `agents/network.py` is its twin.
 
     The patch goes in as it is, in metres: heights over the ground under the machine, of the order of the blade's 1 m.
-    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN.
+    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN. With `network.roots`, `todo` are the
+    places of the patch's channels of that name (`agents/frames.py`).
     """
 
-    def __init__(self, observation_space: spaces.Dict, network: Network) -> None:
+    def __init__(self, observation_space: spaces.Dict, network: Network, todo: list[int]) -> None:
         """Layers for the shapes of what is observed."""
         super().__init__(observation_space, network.features)
-        patch = observation_space["patch"].shape
+        self.roots, self.todo = network.roots, todo
+        channels, *pixels = observation_space["patch"].shape
+        patch = (channels + len(todo) * network.roots, *pixels)
         beside = [space for name, space in observation_space.spaces.items() if name != "patch"]
         self.convolutions, width = convolutions_over(patch, network)
         self.dense = nn.Linear(width + sum(math.prod(space.shape) for space in beside), network.features)
 
     def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
         """f4[n, features]."""
-        seen = [self.convolutions(observations["patch"]), observations["pose"]]
-        if "overview" in observations:
-            seen.append(OVERVIEW_GAIN * observations["overview"].flatten(1))
+        patch, overview = observations["patch"], observations.get("overview")
+        if self.roots:
+            patch = with_roots(patch, self.todo)
+        seen = [self.convolutions(patch), observations["pose"]]
+        if overview is not None:
+            seen.append(OVERVIEW_GAIN * (rooted(overview) if self.roots else overview).flatten(1))
         return torch.tanh(self.dense(torch.cat(seen, dim=1)))

@@ -1,10 +1,15 @@
 """A short memory: the last patches and poses of every world of a batch, stacked along their first axis."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 STACKED = ("patch", "pose")  # what the machine sees from where it stands; the overview shows the whole site as it is
+
+
+def places(name: str, channels: Sequence[str], frames: int) -> list[int]:
+    """Where a channel lies in patches of so many frames, the oldest first."""
+    return [frame * len(channels) + channels.index(name) for frame in range(frames)]
 
 
 class Frames:

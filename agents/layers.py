@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from .settings import Network
+from .settings import LEAST_LEFT, ROOT_GAIN, Network
 
 
 def convolutions_over(patch: tuple[int, ...], network: Network) -> tuple[nn.Sequential, int]:
@@ -17,6 +17,19 @@ def convolutions_over(patch: tuple[int, ...], network: Network) -> tuple[nn.Sequ
     convolutions = nn.Sequential(*layers, nn.Flatten())
     with torch.no_grad():
         return convolutions, convolutions(torch.zeros(1, *patch)).shape[1]
+
+
+def with_roots(patch: torch.Tensor, places: list[int]) -> torch.Tensor:
+    """The patch and behind it the roots of its channels at those places, with their sign."""
+    depths = patch[:, places]
+    return torch.cat([patch, depths.sign() * depths.abs().sqrt()], dim=1)
+
+
+def rooted(overview: torch.Tensor) -> torch.Tensor:
+    """The overview with the root of each square's share of the soil that is left, in place of its share of all."""
+    soil = overview[:, :1].clamp(min=0.0)
+    left = soil.sum(dim=(2, 3), keepdim=True).clamp(min=LEAST_LEFT)
+    return torch.cat([ROOT_GAIN * (soil / left).sqrt(), overview[:, 1:]], dim=1)
 
 
 def weighted(layers: nn.Module, kind: type[nn.Module]) -> list[nn.Module]:

@@ -3,7 +3,7 @@
 The file is a .npz without pickles: the weights, and a JSON text `metadata` that says what observation they are for and
 where they come from. The network: convolutions over the patch (ReLU); what they give, the pose and the overview (if it
 is looked at) side by side through dense layers (tanh), the last of them the mean action, squashed to [-1, 1] as
-`squash` says. It sees the last `frames` patches and poses.
+`squash` says. It sees the last `frames` patches and poses, and with `roots` thin rests as well as heaps.
 """
 
 import warnings
@@ -22,13 +22,13 @@ from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
 
 from .archive import packed, unpacked
-from .frames import Frames
-from .settings import OVERVIEW_GAIN
+from .frames import Frames, places
+from .settings import LEAST_LEFT, OVERVIEW_GAIN, ROOT_GAIN
 
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
 SQUASHES = {"clip": lambda values: np.clip(values, -1.0, 1.0), "tanh": np.tanh}  # PPO's mean action, and SAC's
-MEANT = {"frames": 1, "squash": "clip"}  # by files from before there was anything else
+MEANT = {"frames": 1, "squash": "clip", "roots": False}  # by files from before there was anything else
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,11 @@ class Dense:
 
 @dataclass(frozen=True)
 class Network:
-    """Convolutions, hidden layers and the layer of actions; pose entries become (pose - mean) / scale, clipped."""
+    """Convolutions, hidden layers and the layer of actions; pose entries become (pose - mean) / scale, clipped.
+
+    `roots` are the channels of the patch whose roots are seen too, and with them those of what is left in the overview;
+    None for none.
+    """
 
     convolutions: tuple[Convolution, ...]
     hidden: tuple[Dense, ...]
@@ -72,12 +76,16 @@ class Network:
     pose_scale: np.ndarray
     clip: float
     squash: str = "clip"
+    roots: list[int] | None = None
 
     def actions(self, patch: np.ndarray, pose: np.ndarray, overview: np.ndarray | None) -> np.ndarray:
         """Actions f4[n, 3] in [-1, 1] for patches f4[n, f channels, P, P], poses f4[n, 15 f], overviews f4[n, 2, K, K].
 
         f is the number of frames.
         """
+        if self.roots is not None:
+            patch = with_roots(patch, self.roots)
+            overview = None if overview is None else rooted(overview)
         for convolution in self.convolutions:
             patch = convolution(patch)
         pose = np.clip((pose - self.pose_mean) / self.pose_scale, -self.clip, self.clip)
@@ -176,6 +184,8 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
         raise ValueError(f"its squash is {squash!r}; allowed: {', '.join(SQUASHES)}")
     strides, observation = metadata["strides"], metadata["observation"]
     channels, size, entries = frames * len(observation["channels"]), observation["size"], frames * len(POSE_ENTRIES)
+    roots = places("todo", observation["channels"], frames) if metadata["roots"] else None
+    channels += len(roots or ())
     convolutions = []
     for number, stride in enumerate(strides):
         weight = _array(arrays, f"conv{number}.weight", (None, channels, None, None))
@@ -190,13 +200,26 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
         hidden.append(Dense(weight, _array(arrays, f"hidden{number}.bias", (width,))))
     action = Dense(_array(arrays, "action.weight", (ACTIONS, width)), _array(arrays, "action.bias", (ACTIONS,)))
     mean, scale = (_array(arrays, f"pose.{name}", (entries,)) for name in ("mean", "scale"))
-    network = Network(tuple(convolutions), tuple(hidden), action, mean, scale, float(metadata["clip"]), squash)
+    network = Network(tuple(convolutions), tuple(hidden), action, mean, scale, float(metadata["clip"]), squash, roots)
     return LearnedPolicy(network, metadata)
 
 
 def written(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> bytes:
     """A file's content: the same arrays and metadata give the same bytes."""
     return packed(arrays, {"format": FORMAT, **metadata}, compressed=True)
+
+
+def with_roots(patch: np.ndarray, places: list[int]) -> np.ndarray:
+    """The patch and behind it the roots of its channels at those places, with their sign."""
+    depths = patch[:, places]
+    return np.concatenate([patch, np.sign(depths) * np.sqrt(np.abs(depths))], axis=1)
+
+
+def rooted(overview: np.ndarray) -> np.ndarray:
+    """The overview with the root of each square's share of the soil that is left, in place of its share of all."""
+    soil = np.maximum(overview[:, :1], np.float32(0.0))
+    left = np.maximum(soil.sum(axis=(2, 3), keepdims=True), np.float32(LEAST_LEFT))
+    return np.concatenate([np.float32(ROOT_GAIN) * np.sqrt(soil / left), overview[:, 1:]], axis=1)
 
 
 def _array(arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int | None, ...]) -> np.ndarray:

@@ -11,6 +11,7 @@ from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, SHARE, Ppo, Sac
 
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
+ROOT_GAIN, LEAST_LEFT = 0.5, 1e-3  # of roots of shares, before that; what counts as left at least, of all soil
 
 FRAMES = Number(1, 16, whole=True)
 WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
@@ -47,13 +48,18 @@ class Stage:
 
 @dataclass(frozen=True)
 class Network:
-    """Convolutions over the patch, then dense layers over their output and the pose; actor and critic share them."""
+    """Convolutions over the patch, then dense layers over their output and the pose; actor and critic share them.
+
+    With `roots` they see thin rests: beside the soil to move of the patch its root, and in the overview the root of
+    a square's share of what is left, in place of its share of all there was.
+    """
 
     filters: tuple[int, ...] = (8, 16)
     kernels: tuple[int, ...] = (4, 3)
     strides: tuple[int, ...] = (2, 2)
     features: int = 128
     hidden: tuple[int, ...] = (128,)
+    roots: bool = False
 
 
 @dataclass(frozen=True)
@@ -194,6 +200,7 @@ TRAINING = Table(
                 "strides": Whole(FROM_ONE),
                 "features": FROM_ONE,
                 "hidden": Whole(FROM_ONE, 0),
+                "roots": Flag(),
             },
         ),
         "teacher": Table(

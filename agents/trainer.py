@@ -59,7 +59,7 @@ class Trainer:
             clip_reward=normalise.clip,
             gamma=gamma,
         )
-        self.model = make_model(settings, self.env)
+        self.model = make_model(settings, self.env, self.course.native.envs[0].config)
         self.notes: dict[str, Any] = {
             **dict.fromkeys(SPENT, 0.0),
             "stage_began": 0,

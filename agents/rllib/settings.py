@@ -114,6 +114,8 @@ def load_cluster_settings(path: Path, overrides: Mapping[str, Any]) -> ClusterSe
         raise ValueError(
             f"ppo.batch_size is {batch}; allowed: at most cluster.runners x worlds.count x ppo.n_steps = {rollout}"
         )
+    if settings.network.roots:
+        raise ValueError("network.roots is True; allowed: False, which is what this network can do")
     for variant in variants_of(settings.worlds):
         config = scene_of(settings.worlds, variant)
         if config.observation.overview or config.observation.map:

@@ -7,7 +7,8 @@ import sys
 
 import numpy as np
 import pytest
-from dirt_env.agents.network import Convolution, load, read, written
+from dirt_env.agents.frames import places
+from dirt_env.agents.network import Convolution, load, read, rooted, with_roots, written
 
 from dirt_env.bench.evaluate.episode import Trial, run_trial
 from dirt_env.bench.evaluate.suite import Task
@@ -37,14 +38,21 @@ def test_a_convolution_is_a_sum_over_windows(stride):
     np.testing.assert_allclose(Convolution(weight, bias, stride)(images), expected, atol=1e-12)
 
 
-@pytest.mark.parametrize(("frames", "normalise"), [(1, True), (1, False), (3, True)])
-def test_numpy_and_torch_act_the_same(frames, normalise, tmp_path):
+@pytest.mark.parametrize(
+    ("frames", "normalise", "roots"),
+    [(1, True, False), (1, False, False), (3, True, False), (1, True, True), (3, True, True)],
+)
+def test_numpy_and_torch_act_the_same(frames, normalise, roots, tmp_path):
     pytest.importorskip("stable_baselines3")
     import torch
     from dirt_env.agents.export import actor_arrays, actor_metadata
     from dirt_env.agents.trainer import Trainer
 
-    overrides = {"normalise": {"pose": normalise}, "network": {"hidden": [16, 8]}, "worlds": {"frames": frames}}
+    overrides = {
+        "normalise": {"pose": normalise},
+        "worlds": {"frames": frames, "set": {"observation": {"overview": roots}}},
+    }
+    overrides["network"] = {"hidden": [16, 8], "roots": roots}
     trainer = Trainer(smoke(**overrides), tmp_path)
     generator = np.random.default_rng(0)
     with torch.no_grad():
@@ -56,10 +64,12 @@ def test_numpy_and_torch_act_the_same(frames, normalise, tmp_path):
         {
             "patch": generator.standard_normal((64, 2, 8, 8)).astype(np.float32),
             "pose": generator.uniform(-2, 2, (64, 15)).astype(np.float32),
+            **({"overview": generator.exponential(0.01, (64, 2, 12, 12)).astype(np.float32)} if roots else {}),
         }
         for _ in range(frames)
     ]
     stacked = {name: np.concatenate([seen[name] for seen in steps], axis=1) for name in ("patch", "pose")}
+    stacked = {**steps[-1], **stacked}
     expected, _ = trainer.model.predict(trainer.env.normalize_obs(stacked), deterministic=True)
     config = trainer.course.native.envs[0].config
     metadata = actor_metadata(trainer.model.policy, config, frames, 10.0)
@@ -74,6 +84,30 @@ def test_numpy_and_torch_act_the_same(frames, normalise, tmp_path):
     one = [policy.act({name: array[3] for name, array in seen.items()}) for seen in steps][-1]
     np.testing.assert_allclose(one, expected[3], atol=1e-5)
     assert policy.observation["size"] == 8
+
+
+def test_roots_show_thin_rests():
+    patch = np.zeros((1, 4, 2, 2), np.float32)
+    patch[0, 1, 0, 0], patch[0, 3, 1, 1] = 0.04, -0.25
+    seen = with_roots(patch, places("todo", ["height", "todo"], 2))
+    assert seen.shape == (1, 6, 2, 2)
+    np.testing.assert_array_equal(seen[:, :4], patch)
+    np.testing.assert_allclose(seen[0, 4], [[0.2, 0.0], [0.0, 0.0]], rtol=1e-6)
+    np.testing.assert_allclose(seen[0, 5], [[0.0, 0.0], [0.0, -0.5]], rtol=1e-6)
+
+
+def test_what_is_left_shows_however_little_it_is():
+    overview = np.random.default_rng(0).uniform(size=(1, 2, 12, 12)).astype(np.float32)
+    overview[0, 0] = 0.0
+    overview[0, 0, 3, 4], overview[0, 0, 5, 6] = 0.01, 0.03
+    shown = rooted(overview)
+    assert shown[0, 0, 3, 4] == pytest.approx(0.5 * 0.25**0.5)
+    assert shown[0, 0, 5, 6] == pytest.approx(0.5 * 0.75**0.5)
+    assert np.count_nonzero(shown[0, 0]) == 2
+    np.testing.assert_array_equal(shown[:, 1], overview[:, 1])
+    np.testing.assert_allclose(rooted(overview * np.float32([[[[0.1]], [[1.0]]]])), shown, rtol=1e-5)
+    overview[0, 0] = 0.0
+    assert not rooted(overview)[0, 0].any()  # nothing is left
 
 
 def test_it_runs_where_there_is_no_torch(pusher):

@@ -37,6 +37,10 @@ def test_overrides_are_laid_over_the_file():
         ({"ppo": {"batch_size": 3000}}, "ppo.batch_size is 3000; allowed: what divides worlds.count x ppo.n_steps"),
         ({"steps": 0}, "steps is 0; allowed: a whole number >= 1"),
         ({"network": {"filters": [8]}}, "network.filters, kernels and strides have 1, 2 and 2 numbers"),
+        (
+            {"network": {"roots": True}, "worlds": {"set": {"observation": {"channels": ["height"]}}}},
+            r"network.roots is True with worlds.set.observation.channels = \['height'\]; allowed: with \"todo\"",
+        ),
         ({"network": {"kernels": [40, 3]}}, "network.kernels has 40 over 16 pixels"),
         ({"stage": [{"levels": [0]}, {"levels": [1]}]}, r"stage\[0\] never ends; allowed"),
         ({"stage": [{"levels": [0], "success": 0.5}]}, r"stage\[0\] ends; allowed"),

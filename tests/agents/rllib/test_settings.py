@@ -33,6 +33,7 @@ def test_shipped_settings_are_read_and_written_back(path):
         ),
         ({"worlds": {"levels": [17]}}, "level is 17"),
         ({"worlds": {"set": {"observation": {"map": True}}}}, "allowed: patch and pose"),
+        ({"network": {"roots": True}}, "network.roots is True; allowed: False"),
         ({"network": {"kernels": [9]}}, "network.kernels has 9 over 8 pixels"),
         ({"network": {"strides": [1, 1]}}, "network.filters, kernels and strides have 1, 1 and 2 numbers"),
     ],
