@@ -101,11 +101,11 @@ Model = LongPPO | LongSAC
 def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Model:
     """The algorithm of the settings, with the network for patch, pose and overview of that scene."""
     table, network = vars(settings.learner), settings.network
-    todo = places("todo", config.channels, settings.worlds.frames) if network.roots else []
+    roots = places("todo", config.channels, settings.worlds.frames) if network.roots else None
     same = {name: value for name, value in table.items() if name not in OWN}
     shape = {
         "features_extractor_class": PatchPoseOverview,
-        "features_extractor_kwargs": {"network": network, "todo": todo},
+        "features_extractor_kwargs": {"network": network, "roots": roots},
         "net_arch": list(network.hidden),
         "activation_fn": torch.nn.Tanh,
         "normalize_images": False,

@@ -15,16 +15,16 @@ class PatchPoseOverview(BaseFeaturesExtractor):
     """`network.features` numbers of `patch`, `pose` and, if there is one, `overview`; `agents/network.py` is its twin.
 
     The patch goes in as it is, in metres: heights over the ground under the machine, of the order of the blade's 1 m.
-    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN. With `network.roots`, `todo` are the
-    places of the patch's channels of that name (`agents/frames.py`).
+    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN. `roots` are the channels of
+    the patch whose roots are seen too, and with them those of what is left in the overview; None for none.
     """
 
-    def __init__(self, observation_space: spaces.Dict, network: Network, todo: list[int]) -> None:
+    def __init__(self, observation_space: spaces.Dict, network: Network, roots: list[int] | None) -> None:
         """Layers for the shapes of what is observed."""
         super().__init__(observation_space, network.features)
-        self.roots, self.todo = network.roots, todo
+        self.roots = roots
         channels, *pixels = observation_space["patch"].shape
-        patch = (channels + len(todo) * network.roots, *pixels)
+        patch = (channels + len(roots or ()), *pixels)
         beside = [space for name, space in observation_space.spaces.items() if name != "patch"]
         self.convolutions, width = convolutions_over(patch, network)
         self.dense = nn.Linear(width + sum(math.prod(space.shape) for space in beside), network.features)
@@ -32,9 +32,10 @@ class PatchPoseOverview(BaseFeaturesExtractor):
     def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
         """f4[n, features]."""
         patch, overview = observations["patch"], observations.get("overview")
-        if self.roots:
-            patch = with_roots(patch, self.todo)
+        if self.roots is not None:
+            patch = with_roots(patch, self.roots)
+            overview = None if overview is None else rooted(overview)
         seen = [self.convolutions(patch), observations["pose"]]
         if overview is not None:
-            seen.append(OVERVIEW_GAIN * (rooted(overview) if self.roots else overview).flatten(1))
+            seen.append(OVERVIEW_GAIN * overview.flatten(1))
         return torch.tanh(self.dense(torch.cat(seen, dim=1)))

@@ -51,8 +51,8 @@ def test_numpy_and_torch_act_the_same(frames, normalise, roots, tmp_path):
     overrides = {
         "normalise": {"pose": normalise},
         "worlds": {"frames": frames, "set": {"observation": {"overview": roots}}},
+        "network": {"hidden": [16, 8], "roots": roots},
     }
-    overrides["network"] = {"hidden": [16, 8], "roots": roots}
     trainer = Trainer(smoke(**overrides), tmp_path)
     generator = np.random.default_rng(0)
     with torch.no_grad():
