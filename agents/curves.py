@@ -1,4 +1,4 @@
-"""Plots of docs/results.md: the share in the goal over time, and how it grew in training. Needs matplotlib."""
+"""Plots of docs/results.md: the share in the goal over time, and what was learned when. Needs matplotlib."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -40,7 +40,7 @@ def draw_shares(
 
 
 def draw_learning(logs: Mapping[str, Log], path: Path) -> None:
-    """Share over the job's time on selection layouts against steps and against time, a line for each level and seed."""
+    """Volume-distance a minute on selection layouts against steps and against time, a line for each level and seed."""
     figure, panels = _figure(1, 2)
     for panel, axis, scale, label in (
         (panels[0], "steps", 1e6, "million steps"),
@@ -50,11 +50,11 @@ def draw_learning(logs: Mapping[str, Log], path: Path) -> None:
             for index, level in enumerate(sorted({row["level"] for row in log})):
                 rows = [row for row in log if row["level"] == level]
                 x = [float(row[axis]) / scale for row in rows]
-                y = [float(row["share_area"]) for row in rows]
+                y = [float(row["volume_distance_m4_per_min"]) for row in rows]
                 known = f"level {level}" not in panel.get_legend_handles_labels()[1]
                 panel.plot(x, y, color=COLORS[index], linewidth=0.8, label=f"level {level}" if known else None)
         panel.set(xlabel=label)
-    panels[0].set_ylabel("share in the goal,\nmean over the job's time")
+    panels[0].set_ylabel("m³ m a minute")
     panels[0].legend(frameon=False)
     _save(figure, path)
 

@@ -185,9 +185,9 @@ class Trainer:
         training = {**origin, "settings": self.settings.to_dict(), "selection": self.notes["scores"]}
         content = written(arrays, {**metadata, "training": training})
         write_atomically(self.out / LATEST, content)
-        area = float(np.mean([score.share_area for score in scores]))
-        if self.notes["best"] is None or area > self.notes["best"]:
-            self.notes["best"] = area
+        rate = float(np.mean([score.volume_distance_m4_per_min for score in scores]))
+        if self.notes["best"] is None or rate > self.notes["best"]:
+            self.notes["best"] = rate
             write_atomically(self.out / BEST, content)
 
     def _save(self) -> None:

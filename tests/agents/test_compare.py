@@ -19,7 +19,10 @@ def two(tmp_path, monkeypatch):
     for name, speed in (("ppo_seed0", 0.4), ("ppo_seed1", 0.0), ("ppo_large", 0.4)):
         path = tmp_path / f"{name}.npz"
         path.write_bytes(written(weights(drive=(0.0, speed, 0.0)), METADATA))
-        log = ["steps,seconds,level,share_area", *(f"{n * 10},{n * 60.0},0,{0.1 * n}" for n in range(4))]
+        log = [
+            "steps,seconds,level,volume_distance_m4_per_min",
+            *(f"{n * 10},{n * 60.0},0,{0.1 * n}" for n in range(4)),
+        ]
         path.with_suffix(".csv").write_text("\n".join(log) + "\n")
         names.append(str(path))
     monkeypatch.setattr(compare, "learned", lambda: tuple(names[:2]))
