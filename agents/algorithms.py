@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from dirt_env.config import SceneConfig
 
 from .extractor import PatchPoseOverview
-from .frames import places
+from .frames import channel_places
 from .replay import Replay
 from .settings import Settings
 
@@ -101,7 +101,7 @@ Model = LongPPO | LongSAC
 def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Model:
     """The algorithm of the settings, with the network for patch, pose and overview of that scene."""
     table, network = vars(settings.learner), settings.network
-    roots = places("todo", config.channels, settings.worlds.frames) if network.roots else None
+    roots = channel_places("todo", config.channels, settings.worlds.frames) if network.roots else ()
     same = {name: value for name, value in table.items() if name not in OWN}
     shape = {
         "features_extractor_class": PatchPoseOverview,

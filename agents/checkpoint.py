@@ -26,7 +26,8 @@ from .settings import Settings
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
-SINCE = {"algorithm": "ppo", "worlds.frames": 1}  # keys of settings that checkpoints before them mean without saying
+# Keys of settings that checkpoints before them mean without saying.
+SINCE = {"algorithm": "ppo", "worlds.frames": 1, "network.roots": False}
 
 
 def versions() -> dict[str, str]:

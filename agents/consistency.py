@@ -26,8 +26,8 @@ def check(settings: Settings) -> None:
         check_network(settings.network, config.observation.size)
         if settings.network.roots and "todo" not in config.channels:
             raise ValueError(
-                f"network.roots is True with worlds.set.observation.channels = {list(config.channels)}; allowed: with "
-                '"todo" among them'
+                f"network.roots is True with the channels {list(config.channels)} of the scene's observation; "
+                'allowed: with "todo" among them'
             )
     _check_teacher(settings)
     if settings.sac is not None:

@@ -13,7 +13,7 @@ from .layers import arrays_of, weighted
 
 
 class Actor(NamedTuple):
-    """The layers of a model's actor, how its last values become actions (`network.SQUASHES`), whether it sees roots."""
+    """The layers of a model's actor, how its last values become actions (`network.SQUASHES`), and `network.roots`."""
 
     convolutions: list[nn.Conv2d]
     hidden: list[nn.Linear]
@@ -31,7 +31,7 @@ def actor_of(policy: Any) -> Actor:
         extractor, dense, action = policy.features_extractor, policy.mlp_extractor.policy_net, policy.action_net
         squash = "clip"
     hidden = [extractor.dense, *weighted(dense, nn.Linear)]
-    return Actor(weighted(extractor.convolutions, nn.Conv2d), hidden, action, squash, extractor.roots is not None)
+    return Actor(weighted(extractor.convolutions, nn.Conv2d), hidden, action, squash, bool(extractor.roots))
 
 
 def actor_arrays(policy: Any, normaliser: VecNormalize) -> dict[str, np.ndarray]:

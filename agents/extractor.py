@@ -7,7 +7,7 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
-from .layers import convolutions_over, rooted, with_roots
+from .layers import append_roots, convolutions_over, root_overview
 from .settings import OVERVIEW_GAIN, Network
 
 
@@ -15,16 +15,16 @@ class PatchPoseOverview(BaseFeaturesExtractor):
     """`network.features` numbers of `patch`, `pose` and, if there is one, `overview`; `agents/network.py` is its twin.
 
     The patch goes in as it is, in metres: heights over the ground under the machine, of the order of the blade's 1 m.
-    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN. `roots` are the channels of
-    the patch whose roots are seen too, and with them those of what is left in the overview; None for none.
+    The overview's shares are small numbers, and are multiplied by OVERVIEW_GAIN. `roots` are the channels of the patch
+    whose square roots are seen too, and if there are any, the overview's soil as `root_overview` has it.
     """
 
-    def __init__(self, observation_space: spaces.Dict, network: Network, roots: list[int] | None) -> None:
+    def __init__(self, observation_space: spaces.Dict, network: Network, roots: tuple[int, ...]) -> None:
         """Layers for the shapes of what is observed."""
         super().__init__(observation_space, network.features)
         self.roots = roots
         channels, *pixels = observation_space["patch"].shape
-        patch = (channels + len(roots or ()), *pixels)
+        patch = (channels + len(roots), *pixels)
         beside = [space for name, space in observation_space.spaces.items() if name != "patch"]
         self.convolutions, width = convolutions_over(patch, network)
         self.dense = nn.Linear(width + sum(math.prod(space.shape) for space in beside), network.features)
@@ -32,9 +32,9 @@ class PatchPoseOverview(BaseFeaturesExtractor):
     def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
         """f4[n, features]."""
         patch, overview = observations["patch"], observations.get("overview")
-        if self.roots is not None:
-            patch = with_roots(patch, self.roots)
-            overview = None if overview is None else rooted(overview)
+        if self.roots:
+            patch = append_roots(patch, self.roots)
+            overview = None if overview is None else root_overview(overview)
         seen = [self.convolutions(patch), observations["pose"]]
         if overview is not None:
             seen.append(OVERVIEW_GAIN * overview.flatten(1))

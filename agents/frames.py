@@ -7,9 +7,9 @@ import numpy as np
 STACKED = ("patch", "pose")  # what the machine sees from where it stands; the overview shows the whole site as it is
 
 
-def places(name: str, channels: Sequence[str], frames: int) -> list[int]:
+def channel_places(name: str, channels: Sequence[str], frames: int) -> tuple[int, ...]:
     """Where a channel lies in patches of so many frames, the oldest first."""
-    return [frame * len(channels) + channels.index(name) for frame in range(frames)]
+    return tuple(frame * len(channels) + channels.index(name) for frame in range(frames))
 
 
 class Frames:

@@ -1,5 +1,6 @@
 """What the networks of stable-baselines3 and of RLlib share: the convolutions, and an actor's weights as arrays."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -19,14 +20,14 @@ def convolutions_over(patch: tuple[int, ...], network: Network) -> tuple[nn.Sequ
         return convolutions, convolutions(torch.zeros(1, *patch)).shape[1]
 
 
-def with_roots(patch: torch.Tensor, places: list[int]) -> torch.Tensor:
-    """The patch and behind it the roots of its channels at those places, with their sign."""
-    depths = patch[:, places]
+def append_roots(patch: torch.Tensor, channels: Sequence[int]) -> torch.Tensor:
+    """As `append_roots` of agents/network.py."""
+    depths = patch[:, list(channels)]
     return torch.cat([patch, depths.sign() * depths.abs().sqrt()], dim=1)
 
 
-def rooted(overview: torch.Tensor) -> torch.Tensor:
-    """The overview with the root of each square's share of the soil that is left, in place of its share of all."""
+def root_overview(overview: torch.Tensor) -> torch.Tensor:
+    """As `root_overview` of agents/network.py."""
     soil = overview[:, :1].clamp(min=0.0)
     left = soil.sum(dim=(2, 3), keepdim=True).clamp(min=LEAST_LEFT)
     return torch.cat([ROOT_GAIN * (soil / left).sqrt(), overview[:, 1:]], dim=1)

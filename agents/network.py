@@ -3,11 +3,11 @@
 The file is a .npz without pickles: the weights, and a JSON text `metadata` that says what observation they are for and
 where they come from. The network: convolutions over the patch (ReLU); what they give, the pose and the overview (if it
 is looked at) side by side through dense layers (tanh), the last of them the mean action, squashed to [-1, 1] as
-`squash` says. It sees the last `frames` patches and poses, and with `roots` thin rests as well as heaps.
+`squash` says. It sees the last `frames` patches and poses, and with `roots` the square roots of what is to do, too.
 """
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
 
 from .archive import packed, unpacked
-from .frames import Frames, places
+from .frames import Frames, channel_places
 from .settings import LEAST_LEFT, OVERVIEW_GAIN, ROOT_GAIN
 
 FORMAT = "dirt-push policy 1"
@@ -65,8 +65,8 @@ class Dense:
 class Network:
     """Convolutions, hidden layers and the layer of actions; pose entries become (pose - mean) / scale, clipped.
 
-    `roots` are the channels of the patch whose roots are seen too, and with them those of what is left in the overview;
-    None for none.
+    `roots` are the channels of the patch whose square roots are seen too, and if there are any, the overview's soil as
+    `root_overview` has it.
     """
 
     convolutions: tuple[Convolution, ...]
@@ -76,16 +76,16 @@ class Network:
     pose_scale: np.ndarray
     clip: float
     squash: str = "clip"
-    roots: list[int] | None = None
+    roots: tuple[int, ...] = ()
 
     def actions(self, patch: np.ndarray, pose: np.ndarray, overview: np.ndarray | None) -> np.ndarray:
         """Actions f4[n, 3] in [-1, 1] for patches f4[n, f channels, P, P], poses f4[n, 15 f], overviews f4[n, 2, K, K].
 
         f is the number of frames.
         """
-        if self.roots is not None:
-            patch = with_roots(patch, self.roots)
-            overview = None if overview is None else rooted(overview)
+        if self.roots:
+            patch = append_roots(patch, self.roots)
+            overview = None if overview is None else root_overview(overview)
         for convolution in self.convolutions:
             patch = convolution(patch)
         pose = np.clip((pose - self.pose_mean) / self.pose_scale, -self.clip, self.clip)
@@ -152,7 +152,7 @@ def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
         raise ValueError(f"policy {path} is no file; allowed: a policy.npz that training has written")
     try:
         policy = read(*unpacked(path, FORMAT))
-    except ValueError as error:
+    except (ValueError, TypeError, KeyError, ArithmeticError) as error:
         raise ValueError(f"policy {path} is damaged or no policy: {error}") from error
     if policy.action["blade"] == "grade" and not isinstance(config.terrain, HeightField):
         raise ValueError(
@@ -183,9 +183,14 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
     if squash not in SQUASHES:
         raise ValueError(f"its squash is {squash!r}; allowed: {', '.join(SQUASHES)}")
     strides, observation = metadata["strides"], metadata["observation"]
+    if metadata["roots"] not in (False, True) or (metadata["roots"] and "todo" not in observation["channels"]):
+        raise ValueError(
+            f"its roots are {metadata['roots']!r} with channels {observation['channels']}; allowed: true with "
+            '"todo" among them, or false'
+        )
     channels, size, entries = frames * len(observation["channels"]), observation["size"], frames * len(POSE_ENTRIES)
-    roots = places("todo", observation["channels"], frames) if metadata["roots"] else None
-    channels += len(roots or ())
+    roots = channel_places("todo", observation["channels"], frames) if metadata["roots"] else ()
+    channels += len(roots)
     convolutions = []
     for number, stride in enumerate(strides):
         weight = _array(arrays, f"conv{number}.weight", (None, channels, None, None))
@@ -209,14 +214,17 @@ def written(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> by
     return packed(arrays, {"format": FORMAT, **metadata}, compressed=True)
 
 
-def with_roots(patch: np.ndarray, places: list[int]) -> np.ndarray:
-    """The patch and behind it the roots of its channels at those places, with their sign."""
-    depths = patch[:, places]
+def append_roots(patch: np.ndarray, channels: Sequence[int]) -> np.ndarray:
+    """f4[n, C, P, P] and behind it, for each of those channels c, sign(c) sqrt(|c|): f4[n, C + len(channels), P, P]."""
+    depths = patch[:, list(channels)]
     return np.concatenate([patch, np.sign(depths) * np.sqrt(np.abs(depths))], axis=1)
 
 
-def rooted(overview: np.ndarray) -> np.ndarray:
-    """The overview with the root of each square's share of the soil that is left, in place of its share of all."""
+def root_overview(overview: np.ndarray) -> np.ndarray:
+    """f4[n, 2, K, K] with ROOT_GAIN sqrt(s / max(sum of all s, LEAST_LEFT)) for each square's share s of the soil.
+
+    That is the square root of its share of what is left. Negative shares count as 0.
+    """
     soil = np.maximum(overview[:, :1], np.float32(0.0))
     left = np.maximum(soil.sum(axis=(2, 3), keepdims=True), np.float32(LEAST_LEFT))
     return np.concatenate([np.float32(ROOT_GAIN) * np.sqrt(soil / left), overview[:, 1:]], axis=1)

@@ -11,7 +11,8 @@ from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, SHARE, Ppo, Sac
 
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
-ROOT_GAIN, LEAST_LEFT = 0.5, 1e-3  # of roots of shares, before that; what counts as left at least, of all soil
+ROOT_GAIN = 0.5  # of square roots of shares in the overview, before that
+LEAST_LEFT = 1e-3  # of all soil: so much counts as left at least, that roots of shares of it stay small
 
 FRAMES = Number(1, 16, whole=True)
 WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
@@ -50,8 +51,8 @@ class Stage:
 class Network:
     """Convolutions over the patch, then dense layers over their output and the pose; actor and critic share them.
 
-    With `roots` they see thin rests: beside the soil to move of the patch its root, and in the overview the root of
-    a square's share of what is left, in place of its share of all there was.
+    With `roots` they see thin remnants: of the patch the channel sign(todo) sqrt(|todo|) too, and in the overview the
+    square root of each square's share of the soil that is left, in place of its share of all there was.
     """
 
     filters: tuple[int, ...] = (8, 16)

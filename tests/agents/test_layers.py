@@ -1,10 +1,12 @@
 """The layers that both frameworks' networks are built from: their order, their width, and their names as arrays."""
 
+import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
 import torch
+from dirt_env.agents import layers, network
 from dirt_env.agents.layers import arrays_of, convolutions_over, weighted
 from dirt_env.agents.settings import Network
 from torch import nn
@@ -35,3 +37,19 @@ def test_arrays_have_the_names_that_the_network_reads():
     }
     assert list(arrays) == [f"{name}.{part}" for name in named for part in ("weight", "bias")]
     assert all((arrays[f"{name}.weight"] == layer.weight.detach().numpy()).all() for name, layer in named.items())
+
+
+def test_square_roots_are_those_of_numpy():
+    generator = np.random.default_rng(0)
+    patch = (generator.standard_normal((4, 6, 5, 5)) * [[[[1e-30]]], [[[1e-3]]], [[[1.0]]], [[[1e3]]]]).astype(
+        np.float32
+    )
+    expected = network.append_roots(patch, (1, 3))
+    np.testing.assert_allclose(layers.append_roots(torch.from_numpy(patch), (1, 3)).numpy(), expected, rtol=1e-6)
+    np.testing.assert_allclose(expected[:, 6:] * np.abs(expected[:, 6:]), patch[:, [1, 3]], rtol=1e-5)
+    overview = generator.uniform(-0.1, 1.0, (4, 2, 12, 12)).astype(np.float32)
+    overview[1, 0], overview[2, 0] = 0.0, 1e-7
+    expected = network.root_overview(overview)
+    np.testing.assert_allclose(layers.root_overview(torch.from_numpy(overview)).numpy(), expected, rtol=1e-5)
+    assert np.isfinite(expected).all()
+    np.testing.assert_allclose((4.0 * expected[[0, 3], 0] ** 2).sum(axis=(1, 2)), 1.0, rtol=1e-5)

@@ -7,8 +7,8 @@ import sys
 
 import numpy as np
 import pytest
-from dirt_env.agents.frames import places
-from dirt_env.agents.network import Convolution, load, read, rooted, with_roots, written
+from dirt_env.agents.frames import channel_places
+from dirt_env.agents.network import Convolution, append_roots, load, read, root_overview, written
 
 from dirt_env.bench.evaluate.episode import Trial, run_trial
 from dirt_env.bench.evaluate.suite import Task
@@ -39,10 +39,17 @@ def test_a_convolution_is_a_sum_over_windows(stride):
 
 
 @pytest.mark.parametrize(
-    ("frames", "normalise", "roots"),
-    [(1, True, False), (1, False, False), (3, True, False), (1, True, True), (3, True, True)],
+    ("frames", "normalise", "roots", "overview"),
+    [
+        (1, True, False, False),
+        (1, False, False, True),
+        (3, True, False, False),
+        (1, True, True, True),
+        (3, True, True, True),
+        (2, True, True, False),
+    ],
 )
-def test_numpy_and_torch_act_the_same(frames, normalise, roots, tmp_path):
+def test_numpy_and_torch_act_the_same(frames, normalise, roots, overview, tmp_path):
     pytest.importorskip("stable_baselines3")
     import torch
     from dirt_env.agents.export import actor_arrays, actor_metadata
@@ -50,7 +57,7 @@ def test_numpy_and_torch_act_the_same(frames, normalise, roots, tmp_path):
 
     overrides = {
         "normalise": {"pose": normalise},
-        "worlds": {"frames": frames, "set": {"observation": {"overview": roots}}},
+        "worlds": {"frames": frames, "set": {"observation": {"overview": overview}}},
         "network": {"hidden": [16, 8], "roots": roots},
     }
     trainer = Trainer(smoke(**overrides), tmp_path)
@@ -60,11 +67,13 @@ def test_numpy_and_torch_act_the_same(frames, normalise, roots, tmp_path):
             parameter += 0.3 * torch.randn_like(parameter)
     if normalise:
         trainer.env.obs_rms["pose"].update(generator.standard_normal((50, 15 * frames)))
+    site = generator.exponential(0.01, (64, 2, 12, 12)).astype(np.float32)
+    site[:8, 0], site[8:16, 0, 3:], site[16:24, 0] = 0.0, -0.1, 1e-5 * site[16:24, 0]
     steps = [
         {
             "patch": generator.standard_normal((64, 2, 8, 8)).astype(np.float32),
             "pose": generator.uniform(-2, 2, (64, 15)).astype(np.float32),
-            **({"overview": generator.exponential(0.01, (64, 2, 12, 12)).astype(np.float32)} if roots else {}),
+            **({"overview": site} if overview else {}),
         }
         for _ in range(frames)
     ]
@@ -84,12 +93,24 @@ def test_numpy_and_torch_act_the_same(frames, normalise, roots, tmp_path):
     one = [policy.act({name: array[3] for name, array in seen.items()}) for seen in steps][-1]
     np.testing.assert_allclose(one, expected[3], atol=1e-5)
     assert policy.observation["size"] == 8
+    assert policy.network.roots == (tuple(range(1, 2 * frames, 2)) if roots else ())
+    if roots and overview:  # how the soil that is left is spread counts, not how much it is
+        less = {name: array[30:31].copy() for name, array in steps[-1].items()}
+        more = {name: array.copy() for name, array in less.items()}
+        more["overview"][0, 0] *= 2.0
+        policy.reset()
+        one = policy.act_all(less)
+        policy.reset()
+        np.testing.assert_allclose(policy.act_all(more), one, atol=1e-5)
+        policy.reset()
+        more["overview"][0, 0] = more["overview"][0, 0, ::-1]
+        assert np.abs(policy.act_all(more) - one).max() > 1e-3
 
 
-def test_roots_show_thin_rests():
+def test_roots_show_thin_remnants():
     patch = np.zeros((1, 4, 2, 2), np.float32)
     patch[0, 1, 0, 0], patch[0, 3, 1, 1] = 0.04, -0.25
-    seen = with_roots(patch, places("todo", ["height", "todo"], 2))
+    seen = append_roots(patch, channel_places("todo", ["height", "todo"], 2))
     assert seen.shape == (1, 6, 2, 2)
     np.testing.assert_array_equal(seen[:, :4], patch)
     np.testing.assert_allclose(seen[0, 4], [[0.2, 0.0], [0.0, 0.0]], rtol=1e-6)
@@ -100,14 +121,18 @@ def test_what_is_left_shows_however_little_it_is():
     overview = np.random.default_rng(0).uniform(size=(1, 2, 12, 12)).astype(np.float32)
     overview[0, 0] = 0.0
     overview[0, 0, 3, 4], overview[0, 0, 5, 6] = 0.01, 0.03
-    shown = rooted(overview)
+    shown = root_overview(overview)
     assert shown[0, 0, 3, 4] == pytest.approx(0.5 * 0.25**0.5)
     assert shown[0, 0, 5, 6] == pytest.approx(0.5 * 0.75**0.5)
     assert np.count_nonzero(shown[0, 0]) == 2
     np.testing.assert_array_equal(shown[:, 1], overview[:, 1])
-    np.testing.assert_allclose(rooted(overview * np.float32([[[[0.1]], [[1.0]]]])), shown, rtol=1e-5)
+    np.testing.assert_allclose(root_overview(overview * np.float32([[[[0.1]], [[1.0]]]])), shown, rtol=1e-5)
     overview[0, 0] = 0.0
-    assert not rooted(overview)[0, 0].any()  # nothing is left
+    assert not root_overview(overview)[0, 0].any()  # nothing is left
+    overview[0, 0, 7, 7] = 1e-5  # next to nothing, and a square that lies too low
+    overview[0, 0, 8, 8] = -1.0
+    assert root_overview(overview)[0, 0].max() == pytest.approx(0.5 * 0.01**0.5)
+    assert np.count_nonzero(root_overview(overview)[0, 0]) == 1
 
 
 def test_it_runs_where_there_is_no_torch(pusher):
@@ -204,6 +229,26 @@ def test_a_file_that_is_none_or_cut_off(pusher, tmp_path):
 def test_metadata_that_is_not_there_is_named(metadata, complaint, tmp_path):
     np.savez(tmp_path / "bad.npz", **metadata, **weights())
     with pytest.raises(ValueError, match=f"{complaint}$"):
+        load(tmp_path / "bad.npz", load_scene())
+
+
+@pytest.mark.parametrize(
+    ("told", "complaint"),
+    [
+        (
+            {"roots": "false"},
+            r"its roots are 'false' with channels .*; allowed: true with \"todo\" among them, or false",
+        ),
+        ({"roots": True, "observation": {**SEEN, "channels": ["height", "walls"]}}, "its roots are True with channels"),
+        ({"strides": [0]}, ".*"),
+        ({"frames": None}, ".*"),
+        ({"hidden": "1"}, ".*"),
+        ({"observation": {"channels": ["height", "todo"]}}, ".*"),
+    ],
+)
+def test_metadata_that_makes_no_sense_is_refused(told, complaint, tmp_path):
+    (tmp_path / "bad.npz").write_bytes(written(weights(), {**METADATA, **told}))
+    with pytest.raises(ValueError, match=f"policy .*bad.npz is damaged or no policy: {complaint}"):
         load(tmp_path / "bad.npz", load_scene())
 
 

@@ -39,10 +39,8 @@ def test_the_large_one_is_of_the_settings_that_are_shipped_for_it():
 
 
 def trained(name):
-    """What a shipped policy's file says of its training; those from before there were roots say nothing of them."""
-    training = load(trained_file(name), load_scene()).metadata["training"]
-    training["settings"]["network"].setdefault("roots", False)
-    return training
+    """What a shipped policy's file says of its training."""
+    return load(trained_file(name), load_scene()).metadata["training"]
 
 
 def plain(name):

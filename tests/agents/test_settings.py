@@ -39,7 +39,7 @@ def test_overrides_are_laid_over_the_file():
         ({"network": {"filters": [8]}}, "network.filters, kernels and strides have 1, 2 and 2 numbers"),
         (
             {"network": {"roots": True}, "worlds": {"set": {"observation": {"channels": ["height"]}}}},
-            r"network.roots is True with worlds.set.observation.channels = \['height'\]; allowed: with \"todo\"",
+            r"network.roots is True with the channels \['height'\] of the scene's observation; allowed: with \"todo\"",
         ),
         ({"network": {"kernels": [40, 3]}}, "network.kernels has 40 over 16 pixels"),
         ({"stage": [{"levels": [0]}, {"levels": [1]}]}, r"stage\[0\] never ends; allowed"),
