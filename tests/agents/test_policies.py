@@ -53,7 +53,7 @@ def test_the_document_of_results_has_all_of_them_and_its_pictures():
     text = document.read_text(encoding="utf-8")
     assert all(f"| {name} |" in text for name in SHIPPED[1:])
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
-    assert len(pictures) == 3
+    assert len(pictures) == 4
     assert all((document.parent / picture).is_file() for picture in pictures)
 
 
