@@ -27,7 +27,7 @@ from .settings import Settings
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
 # Keys of settings that checkpoints before them mean without saying.
-SINCE = {"algorithm": "ppo", "worlds.frames": 1, "network.roots": False}
+SINCE = {"algorithm": "ppo", "worlds.frames": 1, "network.roots": False, "worlds.mirror": False}
 
 
 def versions() -> dict[str, str]:

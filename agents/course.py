@@ -13,6 +13,7 @@ from dirt_env.config import load
 from dirt_env.split import training_seeds
 
 from .frames import STACKED, Frames
+from .mirror import Mirror
 from .settings import Settings, Stage, overrides_of
 from .vec_env import DirtPushVecEnv
 
@@ -41,6 +42,7 @@ class Course(DirtPushVecEnv):
         self.settings, self.number = settings, number
         super().__init__(settings.worlds.count, info="end", **worlds_of(settings, self.stage))
         self.frames = Frames(settings.worlds.frames)
+        self.mirror = Mirror(settings.worlds.mirror)
         self.observation_space = _stacked(self.observation_space, settings.worlds.frames)
         self.returns = np.zeros(self.num_envs)
         self.ended: list[Ended] = []
@@ -62,10 +64,14 @@ class Course(DirtPushVecEnv):
     def reset(self) -> VecEnvObs:
         """As in `DirtPushVecEnv`; what was seen before is forgotten."""
         self.frames.forget()
-        return self.frames.add(super().reset())
+        return self.mirror.show(self.frames.add(super().reset()))
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """As in `DirtPushVecEnv`, with actions for the worlds as they were shown."""
+        super().step_async(self.mirror.steer(actions))
 
     def step_wait(self) -> VecEnvStepReturn:
-        """As in `DirtPushVecEnv`, with the frames before; takes the time, and notes the episodes that end."""
+        """As in `DirtPushVecEnv`, with frames and mirror; takes the time, and notes the episodes that end."""
         begun = perf_counter()
         observations, rewards, done, infos = super().step_wait()
         self.returns += rewards
@@ -77,8 +83,9 @@ class Course(DirtPushVecEnv):
             self.ended.append(Ended(level, float(self.returns[world]), info["share_in_goal"], success, steps))
             self._judged[level].append(success)
             self.returns[world] = 0.0
-            info["terminal_observation"] = self.frames.last(info["terminal_observation"], world)
-        observations = self.frames.add(observations, begins=done)
+            last = self.frames.last(info["terminal_observation"], world)
+            info["terminal_observation"] = self.mirror.show_last(last)
+        observations = self.mirror.show(self.frames.add(observations, begins=done))
         self.seconds += perf_counter() - begun
         return observations, rewards, done, infos
 
@@ -106,6 +113,7 @@ class Course(DirtPushVecEnv):
             "bytes": np.frombuffer(b"".join(states), np.uint8),
             "lengths": np.array([len(state) for state in states]),
             "returns": self.returns.copy(),
+            "turned": self.mirror.turned,
             "judged": [list(sheet) for sheet in self._judged.values()],
             **{f"frames.{name}": array for name, array in self.frames.kept.items()},
         }
@@ -116,6 +124,7 @@ class Course(DirtPushVecEnv):
         whole = state["bytes"].tobytes()
         self.native.set_state([whole[end - length : end] for end, length in zip(ends, state["lengths"], strict=True)])
         self.returns[:] = state["returns"]
+        self.mirror.turned = state.get("turned", self.mirror.turned)
         if self.frames.count > 1:
             self.frames.kept = {name: state[f"frames.{name}"] for name in STACKED}
         for sheet, kept in zip(self._judged.values(), state["judged"], strict=True):

@@ -12,6 +12,7 @@ from dirt_env.split import training_seeds
 
 from .course import worlds_of
 from .frames import Frames
+from .mirror import Mirror
 from .settings import Settings
 
 BEGINS, LASTS = 0.03, (2, 8)  # chance of a disturbance in a step; its length [steps], less than the second
@@ -39,13 +40,14 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
     for policy in policies:
         policy.reset(int(generator.integers(2**31)))
     observations, _ = env.reset(seed=training_seeds(generator, teacher.worlds))
-    frames, ended = Frames(settings.worlds.frames), None
+    frames, mirror, ended = Frames(settings.worlds.frames), Mirror(settings.worlds.mirror), None
     disturbed, left = np.zeros((teacher.worlds, 3)), np.zeros(teacher.worlds, int)
     try:
         for step in range(-(-teacher.steps // teacher.worlds)):
             asked = [policy.act(_of(observations, world)) for world, policy in enumerate(policies)]
             wanted = np.clip(np.stack(asked).astype(np.float32), -1.0, 1.0)
-            yield (step + 1) * teacher.worlds, Demonstrations(frames.add(_seen(observations), ended), wanted)
+            seen = mirror.show(frames.add(_seen(observations), ended))
+            yield (step + 1) * teacher.worlds, Demonstrations(seen, mirror.steer(wanted))
             begins = (left == 0) & (generator.random(teacher.worlds) < BEGINS)
             left[begins] = generator.integers(*LASTS, begins.sum())
             disturbed[begins] = generator.uniform(-1.0, 1.0, (begins.sum(), 3))

@@ -10,6 +10,7 @@ from torch import nn
 from dirt_env.config import SceneConfig
 
 from .layers import arrays_of, weighted
+from .settings import Worlds
 
 
 class Actor(NamedTuple):
@@ -46,8 +47,8 @@ def actor_arrays(policy: Any, normaliser: VecNormalize) -> dict[str, np.ndarray]
     return {**arrays, "pose.mean": mean.astype(np.float32), "pose.scale": scale.astype(np.float32)}
 
 
-def actor_metadata(policy: Any, config: SceneConfig, frames: int, clip: float) -> dict[str, Any]:
-    """What the arrays have to be read with: observation, frames, strides, hidden layers, clip, squash, roots."""
+def actor_metadata(policy: Any, config: SceneConfig, worlds: Worlds, clip: float) -> dict[str, Any]:
+    """What the arrays have to be read with: what is observed and how, strides, hidden layers, clip, squash, roots."""
     actor, seen = actor_of(policy), config.observation
     return {
         "observation": {
@@ -59,7 +60,8 @@ def actor_metadata(policy: Any, config: SceneConfig, frames: int, clip: float) -
             "overview": seen.overview,
         },
         "action": {"blade": config.action.blade},
-        "frames": frames,
+        "frames": worlds.frames,
+        "mirror": worlds.mirror,
         "strides": [layer.stride[0] for layer in actor.convolutions],
         "hidden": len(actor.hidden),
         "clip": clip,

@@ -3,7 +3,8 @@
 The file is a .npz without pickles: the weights, and a JSON text `metadata` that says what observation they are for and
 where they come from. The network: convolutions over the patch (ReLU); what they give, the pose and the overview (if it
 is looked at) side by side through dense layers (tanh), the last of them the mean action, squashed to [-1, 1] as
-`squash` says. It sees the last `frames` patches and poses, and with `roots` the square roots of what is to do, too.
+`squash` says. It sees the last `frames` patches and poses, with `roots` the square roots of what is to do,
+too, and with `mirror` all of it turned over where the goal lies to the right (agents/mirror.py).
 """
 
 import warnings
@@ -23,12 +24,13 @@ from dirt_env.task.site_map import OVERVIEW
 
 from .archive import packed, unpacked
 from .frames import Frames, channel_places
+from .mirror import Mirror
 from .settings import LEAST_LEFT, OVERVIEW_GAIN, ROOT_GAIN
 
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
 SQUASHES = {"clip": lambda values: np.clip(values, -1.0, 1.0), "tanh": np.tanh}  # PPO's mean action, and SAC's
-MEANT = {"frames": 1, "squash": "clip", "roots": False}  # by files from before there was anything else
+MEANT = {"frames": 1, "squash": "clip", "roots": False, "mirror": False}  # by files from before there was anything else
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ class LearnedPolicy:
         """`metadata["observation"]` and `["action"]`: the keys of the scene's tables that it was trained with."""
         self.network, self.metadata = network, metadata
         self.observation, self.action = dict(metadata["observation"]), dict(metadata["action"])
-        self._frames = Frames(metadata["frames"])
+        self._frames, self._mirror = Frames(metadata["frames"]), Mirror(metadata["mirror"])
 
     def reset(self, seed: int | None = None) -> None:
         """Forget what was seen; nothing is drawn."""
@@ -123,9 +125,9 @@ class LearnedPolicy:
         `begins` bool[n] are the worlds in which an episode has ended and these are the first observations of the next.
         """
         self._check(observations)
-        seen = self._frames.add(observations, begins)
+        seen = self._mirror.show(self._frames.add(observations, begins))
         overview = seen["overview"] if self.observation.get("overview") else None
-        return self.network.actions(seen["patch"], seen["pose"], overview)
+        return self._mirror.steer(self.network.actions(seen["patch"], seen["pose"], overview))
 
     def _check(self, observations: Observation) -> None:
         """Raise ValueError where this is not what it was trained with."""
@@ -182,6 +184,8 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
     frames, squash = metadata["frames"], metadata["squash"]
     if squash not in SQUASHES:
         raise ValueError(f"its squash is {squash!r}; allowed: {', '.join(SQUASHES)}")
+    if metadata["mirror"] not in (False, True):
+        raise ValueError(f"its mirror is {metadata['mirror']!r}; allowed: true, false")
     strides, observation = metadata["strides"], metadata["observation"]
     if metadata["roots"] not in (False, True) or (metadata["roots"] and "todo" not in observation["channels"]):
         raise ValueError(

@@ -23,7 +23,7 @@ class Worlds:
     """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them.
 
     Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes. The network sees
-    the last `frames` patches and poses side by side.
+    the last `frames` patches and poses side by side, with `mirror` turned over where the goal lies to the right.
     """
 
     count: int = 256
@@ -32,6 +32,7 @@ class Worlds:
     threads: int = 1
     steps: int | None = None
     frames: int = 1
+    mirror: bool = False
 
 
 @dataclass(frozen=True)
@@ -190,6 +191,7 @@ TRAINING = Table(
                 "threads": FROM_ONE,
                 "steps": FROM_ONE,
                 "frames": FRAMES,
+                "mirror": Flag(),
             },
         ),
         "stage": Many(STAGE),

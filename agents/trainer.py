@@ -177,7 +177,7 @@ class Trainer:
         config = self.course.native.envs[0].config
         arrays = actor_arrays(self.model.policy, self.env)
         settings = self.settings
-        metadata = actor_metadata(self.model.policy, config, settings.worlds.frames, settings.normalise.clip)
+        metadata = actor_metadata(self.model.policy, config, settings.worlds, settings.normalise.clip)
         scores = self._selection.score(read(arrays, metadata))
         logbook.judge(self.steps, self.notes["seconds"], scores)
         self.notes |= {"evaluated": self.steps, "scores": [score._asdict() for score in scores]}

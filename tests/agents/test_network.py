@@ -81,7 +81,7 @@ def test_numpy_and_torch_act_the_same(frames, normalise, roots, overview, tmp_pa
     stacked = {**steps[-1], **stacked}
     expected, _ = trainer.model.predict(trainer.env.normalize_obs(stacked), deterministic=True)
     config = trainer.course.native.envs[0].config
-    metadata = actor_metadata(trainer.model.policy, config, frames, 10.0)
+    metadata = actor_metadata(trainer.model.policy, config, trainer.settings.worlds, 10.0)
     content = written(actor_arrays(trainer.model.policy, trainer.env), metadata)
     trainer.close()
     (tmp_path / "it.npz").write_bytes(content)

@@ -83,7 +83,7 @@ def test_numpy_and_torch_act_the_same(trainer):
     }
     expected, _ = trainer.model.predict(trainer.env.normalize_obs(seen), deterministic=True)
     config = trainer.course.native.envs[0].config
-    learned = read(actor_arrays(policy, trainer.env), actor_metadata(policy, config, 2, 10.0))
+    learned = read(actor_arrays(policy, trainer.env), actor_metadata(policy, config, trainer.settings.worlds, 10.0))
     acted = learned.network.actions(seen["patch"], seen["pose"], seen["overview"])
     np.testing.assert_allclose(acted, expected, atol=1e-5)
     assert acted.std(axis=0).min() > 0.1
@@ -92,7 +92,7 @@ def test_numpy_and_torch_act_the_same(trainer):
 
 def test_an_unknown_squash_is_refused(trainer):
     policy, config = trainer.model.policy, trainer.course.native.envs[0].config
-    metadata = {**actor_metadata(policy, config, 2, 10.0), "squash": "sine"}
+    metadata = {**actor_metadata(policy, config, trainer.settings.worlds, 10.0), "squash": "sine"}
     with pytest.raises(ValueError, match="its squash is 'sine'; allowed: clip, tanh"):
         read(actor_arrays(policy, trainer.env), metadata)
 

@@ -1,0 +1,61 @@
+"""Left and right are alike: a network sees the world turned over where the goal lies to the right, and steers so."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from dirt_env.task.actions import ACTIONS
+from dirt_env.task.observation import POSE_ENTRIES
+
+SIDED = ("y", "sin_heading", "yaw_rate", "roll", "goal_left")  # entries of the pose that change their sign
+PICTURES = ("patch", "overview")  # their last axis goes from left to right
+GOAL_LEFT = POSE_ENTRIES.index("goal_left") - len(POSE_ENTRIES)  # of the last frame
+STEERING = ACTIONS.index("steering")
+
+
+class Mirror:
+    """Turns over what is seen of a world where the goal lies to the right, as if in a mirror, and the steering back.
+
+    A network that only sees worlds with the goal ahead or to the left has half as much to learn. Training and the
+    trained policy both turn by this class. With `on` False observations and actions are passed on as they are.
+    """
+
+    def __init__(self, on: bool) -> None:
+        """Turn nothing yet."""
+        self.on = on
+        self.turned = np.zeros(0, bool)  # of each world of the batch: whether it was shown turned over
+
+    def show(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What the network is shown of patches f4[n, ...], poses f4[n, 15 f] and overviews, of f frames."""
+        if not self.on:
+            return dict(seen)
+        self.turned = _goes_right(seen["pose"])
+        return _over(seen, self.turned)
+
+    def show_last(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The same for what was seen last in a single world whose episode has ended; `steer` is not told of it."""
+        if not self.on or not _goes_right(seen["pose"]):
+            return dict(seen)
+        return _over(seen, np.array(True))
+
+    def steer(self, actions: np.ndarray) -> np.ndarray:
+        """Actions [n, 3] for the worlds as they are, of those for the worlds as `show` has shown them; or back."""
+        if not self.on:
+            return actions
+        result = np.array(actions)
+        result[self.turned, STEERING] *= -1.0
+        return result
+
+
+def _goes_right(pose: np.ndarray) -> np.ndarray:
+    return pose[..., GOAL_LEFT] < 0.0
+
+
+def _over(seen: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+    """What is seen, turned over in the worlds of `which`."""
+    signs = np.array([-1.0 if name in SIDED else 1.0 for name in POSE_ENTRIES], np.float32)
+    pose = seen["pose"]
+    turned = {"pose": pose * np.tile(signs, pose.shape[-1] // len(signs))}
+    turned |= {name: seen[name][..., ::-1] for name in PICTURES if name in seen}
+    places = {name: which.reshape(which.shape + (1,) * (array.ndim - which.ndim)) for name, array in turned.items()}
+    return {**seen, **{name: np.where(places[name], array, seen[name]) for name, array in turned.items()}}
