@@ -6,7 +6,7 @@ counters; with the settings, versions and seed. A .npz without pickles, so that 
 
 import json
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,18 +16,15 @@ import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
 from dirt_env import __version__
-from dirt_env.config.rules import join
 from dirt_env.render.atomic import write_atomically
 
 from .algorithms import Model, under
 from .archive import packed, unpacked
 from .course import Course
-from .settings import Settings
+from .settings import Settings, flattened
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
-# Keys of settings that checkpoints before them mean without saying.
-SINCE = {"algorithm": "ppo", "worlds.frames": 1, "network.roots": False, "worlds.mirror": False}
 
 
 def versions() -> dict[str, str]:
@@ -91,7 +88,7 @@ def read(path: Path) -> Checkpoint:
 def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
     """Raise ValueError that names what differs, if the checkpoint is of a run with other settings."""
     here = json.loads(json.dumps(settings.to_dict()))
-    wanted, kept = dict(_flat(here)), {**SINCE, **dict(_flat(found.metadata["settings"]))}
+    wanted, kept = flattened(here), flattened(found.metadata["settings"])
     other = [key for key in {**wanted, **kept} if kept.get(key) != wanted.get(key)]
     if other:
         differences = "; ".join(f"{key} is {wanted.get(key)!r} here and {kept.get(key)!r} there" for key in other[:4])
@@ -137,12 +134,3 @@ def _running(env: VecNormalize) -> dict[str, np.ndarray]:
     owners = {"returns": env.ret_rms, **({"pose": env.obs_rms["pose"]} if env.norm_obs else {})}
     found = {f"{name}.{part}": np.asarray(getattr(owner, part)) for name, owner in owners.items() for part in RUNNING}
     return {**found, "env.returns": env.returns}
-
-
-def _flat(tree: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """The leaves of nested mappings by dotted key."""
-    if not isinstance(tree, Mapping):
-        yield key, tree
-        return
-    for name, part in tree.items():
-        yield from _flat(part, join(key, name))

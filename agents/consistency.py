@@ -1,9 +1,11 @@
 """What the settings of a training run have to have in common, beyond the rules of each key."""
 
 from dirt_env.config import SceneConfig, load
+from dirt_env.config.loading import merge
 from dirt_env.policy import load_policy, needed
 from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
+from dirt_env.variety import check_alike
 
 from .hyperparameters import Sac
 from .settings import Network, Settings, Teacher, overrides_of
@@ -29,6 +31,7 @@ def check(settings: Settings) -> None:
                 f"network.roots is True with the channels {list(config.channels)} of the scene's observation; "
                 'allowed: with "todo" among them'
             )
+    _check_variants(settings, levels)
     _check_teacher(settings)
     if settings.sac is not None:
         _check_sac(settings, settings.sac, step_bytes(configs[0], settings.worlds.frames))
@@ -82,6 +85,21 @@ def _check_teacher(settings: Settings) -> None:
         raise ValueError(f"teacher.critic_steps is {teacher.critic_steps}; allowed: less than steps {settings.steps}")
 
 
+def _check_variants(settings: Settings, levels: set[int | None]) -> None:
+    """Raise ValueError where a variant cannot be in one batch with the scene as it is, or is for a level of its own."""
+    for number, variant in enumerate(settings.worlds.variants):
+        key = f"worlds.variants[{number}]"
+        if "level" in variant:
+            raise ValueError(f"{key}.level is {variant['level']!r}; allowed: levels in [[stage]] alone")
+        for level in levels:
+            plain = overrides_of(settings, level)
+            try:
+                config = load(settings.worlds.scene, **merge(plain, variant))
+            except ValueError as error:
+                raise ValueError(f"{key}: {error}") from error
+            check_alike([("the scene as it is", load(settings.worlds.scene, **plain)), (key, config)])
+
+
 def _check_stages(settings: Settings) -> None:
     """Raise ValueError where a stage but the last never ends, or the last one does."""
     if not settings.stages:
@@ -93,9 +111,11 @@ def _check_stages(settings: Settings) -> None:
             raise ValueError(
                 f"stage[{number}] {said}; allowed: `success` or `steps` in every stage but the last, which has neither"
             )
-        if len(stage.levels) > settings.worlds.count:
+        kinds = max(len(stage.levels), 1) * max(len(settings.worlds.variants), 1)
+        if kinds > settings.worlds.count:
             raise ValueError(
-                f"stage[{number}].levels are {len(stage.levels)}; allowed: at most worlds.count {settings.worlds.count}"
+                f"worlds.count is {settings.worlds.count}; allowed: at least {kinds}, a world for each level of "
+                f"stage[{number}] with each of worlds.variants"
             )
 
 

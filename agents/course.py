@@ -10,11 +10,12 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from dirt_env.config import load
+from dirt_env.config.loading import merge
 from dirt_env.split import training_seeds
 
 from .frames import STACKED, Frames
 from .mirror import Mirror
-from .settings import Settings, Stage, overrides_of
+from .settings import Settings, Stage, at_level
 from .vec_env import DirtPushVecEnv
 
 JUDGED = 100  # episodes of each level that decide whether a stage is done
@@ -136,15 +137,14 @@ class Course(DirtPushVecEnv):
 
 
 def worlds_of(settings: Settings, stage: Stage) -> dict[str, Any]:
-    """The arguments of a stage's environment."""
-    worlds = settings.worlds
-    levels = stage.levels or (None,)
-    steps = worlds.steps or max(load(worlds.scene, **overrides_of(settings, level)).steps for level in levels)
-    variants = [{} if level is None else {"level": level} for level in levels]
+    """The arguments of a stage's environment: every variant at every level, the levels in turn."""
+    worlds, levels = settings.worlds, stage.levels or (None,)
+    variants = [{**variant, **at_level(level)} for variant in worlds.variants or ({},) for level in levels]
+    longest = max(load(worlds.scene, **merge(worlds.set, variant)).steps for variant in variants)
     return {
         "scene": worlds.scene,
         "variants": variants,
-        "max_episode_steps": steps,
+        "max_episode_steps": worlds.steps or longest,
         "threads": worlds.threads,
         **worlds.set,
     }

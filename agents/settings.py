@@ -1,10 +1,10 @@
 """The settings of a training run, the rules of their keys, and how they are written back as plain data."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, refuse
+from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, join, refuse
 from dirt_env.split import SELECTION
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 
@@ -13,6 +13,14 @@ from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, SHARE, Ppo, Sac
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
 ROOT_GAIN = 0.5  # of square roots of shares in the overview, before that
 LEAST_LEFT = 1e-3  # of all soil: so much counts as left at least, that roots of shares of it stay small
+# Keys that settings written before there were any mean without saying.
+SINCE = {
+    "algorithm": "ppo",
+    "network.roots": False,
+    "worlds.frames": 1,
+    "worlds.mirror": False,
+    "worlds.variants": [],
+}
 
 FRAMES = Number(1, 16, whole=True)
 WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
@@ -20,7 +28,7 @@ WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layo
 
 @dataclass(frozen=True)
 class Worlds:
-    """`count` worlds of a scene, with keys of the scene `set` anew; `threads` step them.
+    """`count` worlds of a scene, with keys of the scene `set` anew, for some worlds by `variants`; `threads` step them.
 
     Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes. The network sees
     the last `frames` patches and poses side by side, with `mirror` turned over where the goal lies to the right.
@@ -29,6 +37,7 @@ class Worlds:
     count: int = 256
     scene: str = "heap"
     set: Mapping[str, Any] = field(default_factory=dict)
+    variants: tuple[Mapping[str, Any], ...] = ()
     threads: int = 1
     steps: int | None = None
     frames: int = 1
@@ -188,6 +197,7 @@ TRAINING = Table(
                 "count": WORLDS,
                 "scene": SceneName(),
                 "set": SceneKeys(),
+                "variants": Many(SceneKeys()),
                 "threads": FROM_ONE,
                 "steps": FROM_ONE,
                 "frames": FRAMES,
@@ -231,4 +241,23 @@ TRAINING = Table(
 
 def overrides_of(settings: Settings, level: int | None) -> dict[str, Any]:
     """What makes the environment at a level: the scene's keys that are set anew, and the level."""
-    return {**settings.worlds.set, **({} if level is None else {"level": level})}
+    return {**settings.worlds.set, **at_level(level)}
+
+
+def at_level(level: int | None) -> dict[str, Any]:
+    """The key of a scene that says the level, if it has any."""
+    return {} if level is None else {"level": level}
+
+
+def flattened(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings as `to_dict` has them, those of an older version too: each value by its dotted key."""
+    return {**SINCE, **dict(_leaves(settings))}
+
+
+def _leaves(tree: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """The leaves of nested mappings by dotted key."""
+    if not isinstance(tree, Mapping):
+        yield key, tree
+        return
+    for name, part in tree.items():
+        yield from _leaves(part, join(key, name))

@@ -119,3 +119,18 @@ def test_it_goes_on_from_a_state(course):
         np.testing.assert_array_equal(again[1], reward)
     np.testing.assert_array_equal(other.returns, course.returns)
     other.close()
+
+
+def test_every_variant_is_played_at_every_level():
+    """And with the keys that are set anew for all; `steps` is what the longest job takes."""
+    variants = [{"soil": {"repose": 30.0}}, {"task": {"time": 77.0}}]
+    worlds = {"count": 12, "steps": None, "set": {"soil": {"density": 1234.0}}, "variants": variants}
+    stage = [{"levels": [0, 1, 1]}]
+    course = Course(smoke(stage=stage, worlds=worlds, ppo={"batch_size": 96}))
+    configs = [env.config for env in course.native.envs]
+    assert levels(course) == [0, 1, 1] * 4
+    assert [config.task.time == 77.0 for config in configs] == [False] * 3 + [True] * 3 + [False] * 3 + [True] * 3
+    assert [round(config.soil.slope, 3) for config in configs[2:5]] == [0.577, 0.700, 0.700]
+    assert {config.soil.density for config in configs} == {1234.0}
+    assert course.native._most_steps == max(config.steps for config in configs)
+    course.close()

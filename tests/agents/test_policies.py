@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dirt_env.agents.loading import load_settings
 from dirt_env.agents.network import load
+from dirt_env.agents.settings import flattened
 
 from dirt_env.bench.evaluate.episode import Trial, run_trial
 from dirt_env.bench.evaluate.suite import Task
@@ -26,7 +27,7 @@ def test_there_is_one_of_each_training_seed_the_best_of_them_and_a_large_one():
     metadata = {name: trained(name) for name in seeds}
     assert [metadata[name]["seed"] for name in seeds] == list(range(len(seeds)))
     shipped = plain("ppo_heap")
-    assert all({**metadata[name]["settings"], "seed": 0} == shipped for name in seeds)
+    assert all({**flattened(metadata[name]["settings"]), "seed": 0} == shipped for name in seeds)
     scores = {
         name: np.mean([level["volume_distance_m4_per_min"] for level in metadata[name]["selection"]]) for name in seeds
     }
@@ -35,7 +36,7 @@ def test_there_is_one_of_each_training_seed_the_best_of_them_and_a_large_one():
 
 
 def test_the_large_one_is_of_the_settings_that_are_shipped_for_it():
-    assert trained("ppo_large")["settings"] == plain("ppo_large")
+    assert flattened(trained("ppo_large")["settings"]) == plain("ppo_large")
 
 
 def trained(name):
@@ -44,8 +45,8 @@ def trained(name):
 
 
 def plain(name):
-    """Settings that are shipped, as a policy's file has them."""
-    return json.loads(json.dumps(load_settings(Path(name), {}).to_dict()))
+    """Settings that are shipped, as a policy's file has them, by dotted key."""
+    return flattened(json.loads(json.dumps(load_settings(Path(name), {}).to_dict())))
 
 
 def test_the_document_of_results_has_all_of_them_and_its_pictures():

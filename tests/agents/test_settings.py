@@ -51,6 +51,14 @@ def test_overrides_are_laid_over_the_file():
         ({"worlds": {"scene": "heep"}}, "^scene is 'heep'"),
         ({"record": {"layouts": 3000}}, "record.layouts is 3000; allowed: .* <= 2000"),
         ({"worlds": {"count": 9000}}, "worlds.count is 9000; allowed: .* <= 8000"),
+        ({"worlds": {"count": 3, "variants": [{}, {}]}, "ppo": {"batch_size": 96}}, r"worlds.count is 3; .* least 6"),
+        ({"worlds": {"variants": [{}, {"soil": {"repos": 30}}]}}, r"worlds.variants\[1\]: soil.repos is not known"),
+        ({"worlds": {"variants": [{"level": 2}]}}, r"worlds.variants\[0\].level is 2; allowed: levels in .* alone"),
+        (
+            {"worlds": {"variants": [{"observation": {"noise": {"height": 0.01}}}]}},
+            r"worlds.variants\[0\] has observation.noise True, and the scene as it is has False",
+        ),
+        ({"worlds": {"variants": {"soil": {}}}}, "worlds.variants is .*; allowed: an array of tables"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
     ],
 )

@@ -8,7 +8,8 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 import torch
-from dirt_env.agents.checkpoint import SINCE, Checkpoint, agree
+from dirt_env.agents.checkpoint import Checkpoint, agree
+from dirt_env.agents.settings import SINCE
 from dirt_env.agents.trainer import Trainer
 
 from .conftest import smoke
