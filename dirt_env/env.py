@@ -84,7 +84,8 @@ class DirtPushEnv(gymnasium.Env):
     datum [m], and channels 1 and 2 as in the patch. For scripted behaviours that see everything.
 
     With a table `observation.noise`, all of this is what the machine measures: heights, its own position and heading
-    have normal errors, drawn anew in every step.
+    have normal errors, drawn anew in every step. The overview leaves out what may be nothing but an error: cells that
+    are less than three standard deviations too high.
 
     ## Dynamics
     A height field of `site.cell` m that never gets steeper than the angle of repose; its volume is exact to the last

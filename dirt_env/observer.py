@@ -5,6 +5,8 @@ import numpy as np
 from dirt_env.config import SceneConfig
 from dirt_env.task.observation import Sight, bounds, make_view, pose_table
 
+CERTAIN = 3.0  # standard deviations of a height: what is less above its aim may be an error, and is not in the overview
+
 
 class Observer:
     """The observations of a scene.
@@ -20,7 +22,8 @@ class Observer:
         walls, channels = config.has_walls, config.channels
         self.bounds = bounds(grid, self.table, wanted.size, channels, limit, walls, wanted.overview, wanted.map)
         beyond = -height if config.site.border == "open" else height
-        self.view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond, channels)
+        doubt = 0.0 if wanted.noise is None else CERTAIN * wanted.noise.height
+        self.view = make_view(self.table, grid, wanted.resolution, wanted.ahead, limit, beyond, doubt, channels)
         self._shapes = {name: low.shape for name, (low, _) in self.bounds.items()}
 
     def blank(self) -> tuple[dict[str, np.ndarray], Sight]:

@@ -172,13 +172,14 @@ def patch(place, height, cell, size, ahead, resolution, pose, goal_depth, limit,
     return found
 
 
-def overview(place, height, cell, squares, square, pose):
-    """Share of the soil to move, and of the goal, in squares of `square` m around the machine."""
+def overview(place, height, cell, squares, square, pose, doubt=0.0):
+    """Share of the soil to move, where it is higher than `doubt`, and of the goal, in squares of `square` m."""
     x, y, heading = pose
     result = np.zeros((2, squares, squares))
     solid = np.zeros(height.shape, bool) if place.solid is None else place.solid
     goal = place.goal & ~solid
     excess = np.maximum(height - aim(place), 0) * ~goal * ~solid
+    excess[excess <= doubt] = 0
     for r, c in np.ndindex(height.shape):
         dx, dy = (c + 0.5) * cell - x, (r + 0.5) * cell - y
         i = floor(0.5 * squares - (dx * cos(heading) + dy * sin(heading)) / square)

@@ -94,6 +94,18 @@ def test_the_errors_have_the_asked_size_and_are_new_in_every_step():
     assert abs(np.corrcoef(heights[0].ravel(), heights[1].ravel())[0, 1]) < 0.1
 
 
+@pytest.mark.parametrize("error", [0.003, 0.03])
+def test_errors_do_not_add_up_to_soil_in_the_overview(error):
+    """Half of those of four thousand level cells lie above it, and would be worth a tenth of the heap or more."""
+    env = DirtPushEnv(level=1, observation={"noise": {"height": error}, "overview": True})
+    seen, _ = env.reset(seed=3)
+    soil = []
+    for _ in range(20):
+        soil.append(seen["overview"][0].sum())
+        seen = env.step(np.zeros(3))[0]
+    assert np.mean(soil) == pytest.approx(1.0, abs=0.06)
+
+
 def test_noise_of_size_0_shows_what_there_is():
     (_, clear), (_, blurred) = played(), played(observation={"noise": {}})
     for (exact, _), (seen, _) in zip(clear, blurred, strict=True):

@@ -208,7 +208,7 @@ def view_of(batch, scene):
     """View of a SCENE record."""
     eye, columns = scene.eye, scene.columns
     return View(
-        eye.resolution, eye.ahead, eye.limit, eye.beyond, eye.overview_cell,
+        eye.resolution, eye.ahead, eye.limit, eye.beyond, eye.overview_cell, eye.doubt,
         batch.channels, columns[0], columns[1], columns[2], columns[3],
     )  # fmt: skip
 

@@ -46,8 +46,9 @@ class View(NamedTuple):
     """Constants of the observation for the kernel. Lengths in m.
 
     `ahead` is the share of the patch that lies ahead of the pivot; heights are clipped to `limit` either way; `beyond`
-    is what the ground outside the site looks like, over the ground under the machine; `channels` i8[n] are the patch's,
-    as numbers of CHANNELS; the rest are the columns of `pose_table`.
+    is what the ground outside the site looks like, over the ground under the machine; in the overview, what is no more
+    than `doubt` above its aim is left out; `channels` i8[n] are the patch's, as numbers of CHANNELS; the rest are the
+    columns of `pose_table`.
     """
 
     resolution: float
@@ -55,6 +56,7 @@ class View(NamedTuple):
     limit: float
     beyond: float
     overview_cell: float
+    doubt: float
     channels: np.ndarray
     offset: np.ndarray
     scale: np.ndarray
@@ -123,15 +125,15 @@ def make_view(
     ahead: float,
     limit: float,
     beyond: float,
+    doubt: float,
     channels: tuple[str, ...],
 ) -> View:
     """Constants of the observation; the squares of the overview together are as wide as the site's longer side."""
     columns = {name: np.array([getattr(entry, name) for entry in table]) for name in ("offset", "scale", "low", "high")}
     side = max(grid.rows, grid.cols) * grid.cell
     beyond = min(max(beyond, -limit), limit)
-    return View(
-        resolution, ahead, limit, beyond, side / OVERVIEW, np.array(list(map(CHANNELS.index, channels))), **columns
-    )
+    places = np.array(list(map(CHANNELS.index, channels)))
+    return View(resolution, ahead, limit, beyond, side / OVERVIEW, doubt, places, **columns)
 
 
 def bounds(

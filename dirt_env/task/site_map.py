@@ -16,14 +16,15 @@ CHUNK = 16  # cells of a row that are skipped together where there is neither so
 def fill_overview(height, job, pose, cell, view, overview):
     """Soil to move (of all soil) and goal (of all goal cells) in squares around the machine, its heading up.
 
-    What lies beyond the outermost squares counts to them, so that nothing is out of sight.
+    What lies beyond the outermost squares counts to them, so that nothing is out of sight. A cell no more than
+    `view.doubt` above its aim is left out, for errors of measurement would add up to soil where there is none.
     """
     if overview is None:
         return
     overview[:] = 0.0
     _add_cells(
-        height, job.target, job.aim, job.kind, pose.x / cell, pose.y / cell, pose.heading, cell / view.overview_cell,
-        cell * cell / job.soil, overview,
+        height, job.target, job.aim, job.kind, np.float32(view.doubt), pose.x / cell, pose.y / cell, pose.heading,
+        cell / view.overview_cell, cell * cell / job.soil, overview,
     )  # fmt: skip
     goal = overview[1].sum()
     for i in range(overview.shape[1]):
@@ -33,7 +34,7 @@ def fill_overview(height, job, pose, cell, view, overview):
 
 
 @kernel(forceinline=True)
-def _add_cells(height, target, aim, kind, x, y, heading, step, volume, overview):
+def _add_cells(height, target, aim, kind, doubt, x, y, heading, step, volume, overview):
     """Add up soil to move, a cell's height of which is `volume`, and goal cells in squares of 1 / `step` cells."""
     rows, cols = height.shape
     east, north = cos(heading) * step, sin(heading) * step
@@ -41,10 +42,10 @@ def _add_cells(height, target, aim, kind, x, y, heading, step, volume, overview)
     for r in range(rows):
         for c0 in range(0, cols, CHUNK):
             c1 = min(c0 + CHUNK, cols)
-            if not _has_any(height[r, c0:c1], aim[r, c0:c1]):
+            if not _has_any(height[r, c0:c1], aim[r, c0:c1], doubt):
                 continue
             for c in range(c0, c1):
-                if height[r, c] <= aim[r, c]:
+                if height[r, c] - aim[r, c] <= doubt:
                     continue
                 dx, dy = c + 0.5 - x, r + 0.5 - y
                 i = int(min(max(0.5 * (last + 1) - dx * east - dy * north, 0.0), float(last)))
@@ -56,11 +57,11 @@ def _add_cells(height, target, aim, kind, x, y, heading, step, volume, overview)
 
 
 @kernel(forceinline=True)
-def _has_any(height, aim):
-    """Whether any of these cells is over the aim; those in a goal are."""
+def _has_any(height, aim, doubt):
+    """Whether any of these cells is over the aim beyond doubt; those in a goal are."""
     count = 0
     for c in range(height.shape[0]):
-        count += height[c] > aim[c]
+        count += height[c] - aim[c] > doubt
     return count > 0
 
 

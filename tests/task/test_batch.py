@@ -39,7 +39,7 @@ def pull_from(pulls):
 def numbers_of_view(batch):
     """The numbers of the view that a kernel reads from a SCENE record, and its arrays."""
     view = view_of(batch, batch.scenes[0])
-    numbers = (view.resolution, view.ahead, view.limit, view.beyond, view.overview_cell)
+    numbers = (view.resolution, view.ahead, view.limit, view.beyond, view.overview_cell, view.doubt)
     return numbers, view.channels, (view.offset, view.scale, view.low, view.high)
 
 

@@ -25,7 +25,7 @@ TABLE = pose_table(GRID, BLADE, MACHINE)
 LIMIT = 4.0
 
 
-def look(place, height=None, size=8, ahead=0.5, resolution=CELL, channels=None, **pose):
+def look(place, height=None, size=8, ahead=0.5, resolution=CELL, channels=None, doubt=0.0, **pose):
     """Everything there is to see for a machine with that record."""
     walls = place.solid is not None
     channels = channels or (CHANNELS if walls else CHANNELS[:2])
@@ -36,7 +36,7 @@ def look(place, height=None, size=8, ahead=0.5, resolution=CELL, channels=None, 
     machine = np.zeros(1, POSE)
     for name, value in pose.items():
         machine[name] = value
-    view = make_view(TABLE, GRID, resolution, ahead, LIMIT, BLADE.height, channels)
+    view = make_view(TABLE, GRID, resolution, ahead, LIMIT, BLADE.height, doubt, channels)
     observe(height, job, machine, CELL, view, 0.5, 0.25, sight)
     for name, (low, high) in spaces.items():
         shown = getattr(sight, name)
@@ -185,11 +185,12 @@ def test_every_pixel_is_the_one_that_the_slow_twin_finds(chosen):
 
 def test_the_whole_site_is_what_the_slow_twin_finds():
     rng = np.random.default_rng(6)
-    for _ in range(20):
+    for k in range(20):
         place, height = everything_at_once(rng)
         pose = rng.uniform(0, 15), rng.uniform(0, 10), rng.uniform(-4, 4)
-        sight = look(place, height, x=pose[0], y=pose[1], heading=pose[2])
-        twin = naive.overview(place, height, CELL, 12, 30 * CELL / 12, pose)
+        doubt = 2.0 * (k % 2)
+        sight = look(place, height, doubt=doubt, x=pose[0], y=pose[1], heading=pose[2])
+        twin = naive.overview(place, height, CELL, 12, 30 * CELL / 12, pose, doubt)
         np.testing.assert_allclose(sight.overview, twin, rtol=1e-6)
         assert np.array_equal(sight.map, naive.site_map(place, height, 1.0, LIMIT))
 
