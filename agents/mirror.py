@@ -10,6 +10,7 @@ from dirt_env.task.observation import POSE_ENTRIES
 SIDED = ("y", "sin_heading", "yaw_rate", "roll", "goal_left")  # entries of the pose that change their sign
 PICTURES = ("patch", "overview")  # their last axis goes from left to right
 GOAL_LEFT = POSE_ENTRIES.index("goal_left") - len(POSE_ENTRIES)  # of the last frame
+SIGNS = np.array([-1.0 if name in SIDED else 1.0 for name in POSE_ENTRIES], np.float32)
 STEERING = ACTIONS.index("steering")
 
 
@@ -29,14 +30,18 @@ class Mirror:
         """What the network is shown of patches f4[n, ...], poses f4[n, 15 f] and overviews, of f frames."""
         if not self.on:
             return dict(seen)
-        self.turned = _goes_right(seen["pose"])
-        return _over(seen, self.turned)
+        self.turned = seen["pose"][:, GOAL_LEFT] < 0.0
+        which = np.flatnonzero(self.turned)
+        shown = {name: seen[name].copy() for name in ("pose", *PICTURES) if name in seen}
+        shown["pose"][which] *= np.tile(SIGNS, shown["pose"].shape[1] // len(SIGNS))
+        for name in shown.keys() & PICTURES:
+            shown[name][which] = seen[name][which, ..., ::-1]
+        return {**seen, **shown}
 
     def show_last(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The same for what was seen last in a single world whose episode has ended; `steer` is not told of it."""
-        if not self.on or not _goes_right(seen["pose"]):
-            return dict(seen)
-        return _over(seen, np.array(True))
+        batch = Mirror(self.on).show({name: array[None] for name, array in seen.items()})
+        return {name: array[0] for name, array in batch.items()}
 
     def steer(self, actions: np.ndarray) -> np.ndarray:
         """Actions [n, 3] for the worlds as they are, of those for the worlds as `show` has shown them; or back."""
@@ -45,17 +50,3 @@ class Mirror:
         result = np.array(actions)
         result[self.turned, STEERING] *= -1.0
         return result
-
-
-def _goes_right(pose: np.ndarray) -> np.ndarray:
-    return pose[..., GOAL_LEFT] < 0.0
-
-
-def _over(seen: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
-    """What is seen, turned over in the worlds of `which`."""
-    signs = np.array([-1.0 if name in SIDED else 1.0 for name in POSE_ENTRIES], np.float32)
-    pose = seen["pose"]
-    turned = {"pose": pose * np.tile(signs, pose.shape[-1] // len(signs))}
-    turned |= {name: seen[name][..., ::-1] for name in PICTURES if name in seen}
-    places = {name: which.reshape(which.shape + (1,) * (array.ndim - which.ndim)) for name, array in turned.items()}
-    return {**seen, **{name: np.where(places[name], array, seen[name]) for name, array in turned.items()}}
