@@ -1,5 +1,7 @@
 """What the settings of a training run have to have in common, beyond the rules of each key."""
 
+from collections.abc import Mapping
+
 from dirt_env.config import SceneConfig, load
 from dirt_env.config.loading import merge
 from dirt_env.policy import load_policy, needed
@@ -21,8 +23,8 @@ def check(settings: Settings) -> None:
     _check_stages(settings)
     played = [*settings.stages, settings.record]
     levels = {level for one in played for level in one.levels or (None,)}
-    configs = [load(settings.worlds.scene, **overrides_of(settings, level)) for level in levels]
-    for config in configs:
+    configs = {level: load(settings.worlds.scene, **overrides_of(settings, level)) for level in levels}
+    for config in configs.values():
         if config.observation.map:
             raise ValueError("worlds.set.observation.map is True; allowed: False, with patch, pose and overview")
         check_network(settings.network, config.observation.size)
@@ -31,10 +33,10 @@ def check(settings: Settings) -> None:
                 f"network.roots is True with the channels {list(config.channels)} of the scene's observation; "
                 'allowed: with "todo" among them'
             )
-    _check_variants(settings, levels)
+    _check_variants(settings, configs)
     _check_teacher(settings)
     if settings.sac is not None:
-        _check_sac(settings, settings.sac, step_bytes(configs[0], settings.worlds.frames))
+        _check_sac(settings, settings.sac, step_bytes(next(iter(configs.values())), settings.worlds.frames))
 
 
 def _check_sac(settings: Settings, sac: Sac, size: int) -> None:
@@ -85,19 +87,18 @@ def _check_teacher(settings: Settings) -> None:
         raise ValueError(f"teacher.critic_steps is {teacher.critic_steps}; allowed: less than steps {settings.steps}")
 
 
-def _check_variants(settings: Settings, levels: set[int | None]) -> None:
-    """Raise ValueError where a variant cannot be in one batch with the scene as it is, or is for a level of its own."""
+def _check_variants(settings: Settings, configs: Mapping[int | None, SceneConfig]) -> None:
+    """Raise ValueError where a variant cannot be in one batch with the scene as it is (`configs`, by level)."""
     for number, variant in enumerate(settings.worlds.variants):
         key = f"worlds.variants[{number}]"
         if "level" in variant:
             raise ValueError(f"{key}.level is {variant['level']!r}; allowed: levels in [[stage]] alone")
-        for level in levels:
-            plain = overrides_of(settings, level)
+        for level, plain in configs.items():
             try:
-                config = load(settings.worlds.scene, **merge(plain, variant))
+                config = load(settings.worlds.scene, **merge(overrides_of(settings, level), variant))
             except ValueError as error:
                 raise ValueError(f"{key}: {error}") from error
-            check_alike([("the scene as it is", load(settings.worlds.scene, **plain)), (key, config)])
+            check_alike([("the scene as it is", plain), (key, config)])
 
 
 def _check_stages(settings: Settings) -> None:

@@ -140,11 +140,11 @@ def worlds_of(settings: Settings, stage: Stage) -> dict[str, Any]:
     """The arguments of a stage's environment: every variant at every level, the levels in turn."""
     worlds, levels = settings.worlds, stage.levels or (None,)
     variants = [{**variant, **at_level(level)} for variant in worlds.variants or ({},) for level in levels]
-    longest = max(load(worlds.scene, **merge(worlds.set, variant)).steps for variant in variants)
+    steps = worlds.steps or max(load(worlds.scene, **merge(worlds.set, variant)).steps for variant in variants)
     return {
         "scene": worlds.scene,
         "variants": variants,
-        "max_episode_steps": worlds.steps or longest,
+        "max_episode_steps": steps,
         "threads": worlds.threads,
         **worlds.set,
     }

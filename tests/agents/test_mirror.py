@@ -13,6 +13,7 @@ from .conftest import METADATA, smoke, weights
 
 HEIGHT = 24.0  # m, of the site
 SEEN = {"size": 12, "resolution": 0.75, "overview": True}
+GOAL_LEFT = POSE_ENTRIES.index("goal_left") - 15  # of the last frame
 MIRRORED = {**METADATA, "mirror": True}
 
 
@@ -91,7 +92,7 @@ def test_a_policy_steers_the_other_way_in_a_mirror_image(frames, tmp_path):
         image = {"patch": seen["patch"][..., ::-1], "pose": seen["pose"] * signs}
         both = {name: np.concatenate([seen[name], image[name]]) for name in seen}
         acted, without = policy.act_all(both), plain.act_all(both)
-    right = both["pose"][:, POSE_ENTRIES.index("goal_left")] < 0
+    right = both["pose"][:, GOAL_LEFT] < 0
     np.testing.assert_array_equal(acted[:8] * [-1.0, 1.0, 1.0], acted[8:])
     np.testing.assert_array_equal(acted[~right], without[~right])
     assert np.abs(acted[right] - without[right]).max(axis=1).min() > 1e-3
@@ -122,9 +123,9 @@ class TestTraining:
         for actions in np.random.default_rng(0).uniform(-1, 1, (25, 8, 3)).astype(np.float32):
             for name, array in mirror.show(seen).items():
                 np.testing.assert_array_equal(shown[name], array, err_msg=name)
-            right = seen["pose"][:, -15 + POSE_ENTRIES.index("goal_left")] < 0
+            right = seen["pose"][:, GOAL_LEFT] < 0
             np.testing.assert_array_equal(mirror.turned, right)
-            assert (shown["pose"][:, -15 + POSE_ENTRIES.index("goal_left")] >= 0).all()
+            assert (shown["pose"][:, GOAL_LEFT] >= 0).all()
             done_by_hand = actions.copy()
             done_by_hand[right, STEERING] *= -1
             shown, rewards, done, infos = course.step(actions)
@@ -135,7 +136,7 @@ class TestTraining:
                 final = batch(plain_infos[world]["terminal_observation"])
                 for name, array in Mirror(on=True).show(final).items():
                     np.testing.assert_array_equal(infos[world]["terminal_observation"][name], array[0], err_msg=name)
-                turned += final["pose"][0, -15 + POSE_ENTRIES.index("goal_left")] < 0
+                turned += final["pose"][0, GOAL_LEFT] < 0
         assert turned > 0
         other = Course(course.settings)
         other.set_state(course.state())
