@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from dirt_env.config.loading import merge, scene_folder
+from dirt_env.config.loading import merge, paths_from, scene_folder
 from dirt_env.config.rules import known_keys
 
 from .consistency import check
@@ -28,12 +28,14 @@ def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
 
 
 def _from_here(overrides: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Overrides whose scene file, if there is one, is looked for from the current folder, not from the settings'."""
+    """Overrides whose files, a scene's or those that it names, are looked for from here, not from the settings'."""
     worlds = overrides.get("worlds")
-    scene = worlds.get("scene") if isinstance(worlds, Mapping) else None
-    if not isinstance(scene, str) or not scene.endswith(".toml"):
+    if not isinstance(worlds, Mapping):
         return overrides
-    return {**overrides, "worlds": {**worlds, "scene": str(Path(scene).expanduser().absolute())}}
+    worlds, scene = paths_from(Path.cwd(), worlds), worlds.get("scene")
+    if isinstance(scene, str) and scene.endswith(".toml"):
+        worlds["scene"] = str(Path(scene).expanduser().absolute())
+    return {**overrides, "worlds": worlds}
 
 
 def settings_file(path: Path, shelf: str) -> Path:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from dirt_env.config.loading import paths_from
 from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Table, Text, Vector, join, refuse
 from dirt_env.split import SELECTION
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
@@ -174,7 +175,7 @@ class SceneKeys(Rule):
     def read(self, value, key, folder):
         if not isinstance(value, Mapping):
             raise refuse(key, value, "a table with keys of a scene")
-        return dict(value)
+        return paths_from(folder, value)
 
     def write(self, value):
         return dict(value)

@@ -115,9 +115,9 @@ class DirtPushEnv(gymnasium.Env):
     ## Start and end
     `reset` draws a layout from the scene with the environment's generator. Options: `layout_seed` (int) draws it from a
     generator of its own instead; `pose` (x m, y m, heading rad) puts the machine elsewhere. The episode terminates with
-    `info["is_success"]` when the share `task.success` of the soil is in the goal, or the design surface is within its
-    tolerance. It is never truncated here; `gymnasium.make` does that after `max_episode_steps`, by default 600, the
-    time of the default job. `env.unwrapped.config.steps` is what a scene's own `task.time` comes to.
+    `info["is_success"]` when the share `task.success` of the soil is in the goal; in a scene with a design, when that
+    is within its tolerance. It is never truncated here; `gymnasium.make` does that after `max_episode_steps`, by
+    default 600, the time of the default job. `env.unwrapped.config.steps` is what a scene's own `task.time` comes to.
 
     ## Info
     Plain numbers: `share_in_goal`, `volume_moved_m3`, `loose_moved_m3` (the same soil as it lies, which is more with

@@ -187,6 +187,8 @@ def _maker(name: str) -> Any:
 def _own_module(name: str) -> ModuleType:
     """The module of `module:attribute`, looked up where Python looks and then in the current folder."""
     module, _, attribute = name.partition(":")
+    if module.endswith(".py"):
+        raise ValueError(f"policy is {name!r}; allowed: without .py, as in {Path(module).stem}:{attribute or 'MyPush'}")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in module.split(".")):
         raise ValueError(f"policy is {name!r}; {FORM}")
     if getcwd() not in sys.path:

@@ -24,7 +24,7 @@ from dirt_env.policy import check_needs, load_policy, needed
 from dirt_env.progress import Progress
 from dirt_env.task.reward import TERMS
 
-FORM = "[NAMESPACE/]NAME-vNUMBER, of letters, digits, _ and -, such as heap/adaptive_push-v0"
+FORM = "[NAMESPACE/]NAME-vNUMBER, of letters, digits, _ and -, the namespace of two or more: heap/adaptive_push-v0"
 
 
 class Told(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any
 from dirt_env import __version__
 from dirt_env.config import SceneConfig
 from dirt_env.env import DirtPushEnv
-from dirt_env.policy import load_policy, needed, overrides_for
+from dirt_env.policy import complaint, load_policy, needed, overrides_for
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically
 from dirt_env.render.pair import write_pair
@@ -68,13 +68,18 @@ class Run:
         self.steps = steps or config.steps
         self.summaries: list[Summary] = []
         self.wanted, self.interrupted = 0, False
+        self.failure: str | None = None
         title = f"{config.name}: {policy}"
         every = max(1, self.steps // MOMENTS)
         recorder = Recorder(title, config.description, config.grid.cell, config.blade, config.machine, every)
         self.recorder = recorder if record else None
 
     def play(self, episodes: int) -> None:
-        """Play the episodes, on the layouts of `seed`, `seed` + 1, ...; Ctrl-C drops the one that is being played."""
+        """Play the episodes, on the layouts of `seed`, `seed` + 1, ...
+
+        Ctrl-C, and an error of the policy's, drops the one that is being played and ends it; `failure` then says what
+        went wrong and where.
+        """
         self.wanted = episodes
         progress = Progress(episodes * self.steps)
         try:
@@ -86,10 +91,13 @@ class Run:
                 )
         except KeyboardInterrupt:
             self.interrupted = True
-            if self.recorder is not None:
-                self.recorder.keep(len(self.summaries))
+        except Exception as error:
+            seed = self.seed + len(self.summaries)
+            self.failure = f"policy {self.policy_name} failed on layout {seed}: {complaint(error)}"
         finally:
             progress.clear()
+        if self.recorder is not None:
+            self.recorder.keep(len(self.summaries))
 
     def _watch(self, label: str, episode: int, progress: Progress) -> Any:
         """What looks on at one episode: the progress bar, and the recorder."""
@@ -119,6 +127,7 @@ class Run:
             "version": __version__,
             "config": self.env.config.to_dict(),
             "interrupted": self.interrupted,
+            "failure": self.failure,
             "episodes_wanted": self.wanted,
             "episodes": self.summaries,
             "mean": mean(self.summaries),

@@ -52,7 +52,9 @@ def test_run_writes_figures_replay_and_animation(tmp_path, capsys):
     assert summary["mean"]["distance_m"] == pytest.approx(sum(e["distance_m"] for e in summary["episodes"]) / 2)
     captured = capsys.readouterr()
     assert captured.err == ""
-    assert '"grade_error_m"' not in (tmp_path / "new" / "replay.html").read_text("utf-8")
+    shown = re.search(r'"stat_names": *\[([^]]*)\]', (tmp_path / "new" / "replay.html").read_text("utf-8"))[1]
+    assert "share_in_goal" in shown
+    assert "grade_error_m" not in shown
     table = captured.out.splitlines()
     assert [line.split()[0] for line in table[1:5]] == ["episode", "1", "2", "mean"]
 

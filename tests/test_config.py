@@ -425,6 +425,25 @@ def test_a_design_is_one_of_a_plane_a_layer_a_file_and_the_ground(keys):
         load({"design": design, "start": LEVELLED["start"]})
 
 
+@pytest.mark.parametrize("keys", [{"first_row": "north"}, {"array": "a", "band": 2}, {"scale": 0.01}])
+def test_how_a_design_is_read_is_said_of_files_only(keys):
+    design = {"region": {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}, "height": 0.3, **keys}
+    with pytest.raises(ValueError, match=f"design has {' and '.join(keys)}; allowed: only beside design.path"):
+        load({"design": design, "start": LEVELLED["start"]})
+
+
+def test_a_path_in_the_file_begins_there_and_one_in_overrides_here(tmp_path, monkeypatch):
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder, height in ((here, 0.1), (there, 0.2)):
+        folder.mkdir()
+        np.save(folder / "map.npy", np.linspace(0.0, height, 64 * 64).reshape(64, 64))
+    (there / "site.toml").write_text('level = 1\n[ground]\nkind = "file"\npath = "map.npy"\npixel = 0.5\n')
+    monkeypatch.chdir(here)
+    assert load("../there/site.toml").ground.path == str(there / "map.npy")
+    assert load("../there/site.toml", ground={"path": "map.npy"}).ground.path == str(here / "map.npy")
+    assert load(level=1, ground={"kind": "file", "path": "map.npy", "pixel": 0.5}).ground.path == str(here / "map.npy")
+
+
 def test_a_plane_has_a_height_and_a_slope():
     region = {"kind": "circle", "center": [16.0, 16.0], "radius": 4.0}
     design = {"region": region, "height": 0.3, "slope": [0.0, 0.02]}

@@ -78,6 +78,7 @@ def test_a_class_or_function_in_the_current_folder(name, folder):
         ("rules_of_mine:Raises", ValueError, r"cannot be made: AttributeError.*rules_of_mine.py, line"),
         ("rules_of_mine:", ValueError, "allowed: module:attribute"),
         ("rules-of-mine:MyPush", ValueError, "allowed: module:attribute"),
+        ("rules_of_mine.py:MyPush", ValueError, "allowed: without .py, as in rules_of_mine:MyPush"),
         ("half:make", ImportError, "SyntaxError.*half.py, line 1"),
         ("wants:make", ImportError, "policy wants:make: No module named 'not_installed_anywhere'"),
         ("breaks_at_once:make", ImportError, r"ZeroDivisionError: division by zero \(breaks_at_once.py, line 1\)"),

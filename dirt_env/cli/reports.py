@@ -81,8 +81,13 @@ def _speed(options: argparse.Namespace) -> int:
         raise ValueError("--renew-docs is given; allowed: with the full set, without --quick and without a choice")
     if docs is not None and not (docs / "speed.md").is_file():
         raise ValueError(f"--renew-docs is {docs}; allowed: a folder with speed.md")
+    from dirt_env.bench.speed.cases import NO_ADAPTER, has_adapter, need_adapter
     from dirt_env.bench.speed.command import Speed, renew_document
 
+    if docs is not None:
+        need_adapter()
+    elif not has_adapter() and not options.case:
+        sys.stderr.write(f"dirt-push: left out: {NO_ADAPTER}\n")
     run = Speed(options.quick, options.memory, **chosen)
     out = None if options.out is None else writable(options.out)
     finished = run.measure()

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dirt_env.terminal import INTERRUPTED, say, whole, writable
+from dirt_env.terminal import BAD_INPUT, INTERRUPTED, say, whole, writable
 
 NO_KEYS = ("self", "scene", "render_mode")  # arguments of the environment that are no keys of a scene
 
@@ -54,10 +54,12 @@ def _run(options: argparse.Namespace) -> int:
     runs = [Run(options.scene, name, *settings) for name in names]
     level = [str(overrides["level"])] if "level" in overrides else []
     out = options.out or Path("runs") / "-".join([Path(options.scene).stem, *level, *map(_as_folder, names)])
-    out = writable(out)
+    is_new, out = not out.exists(), writable(out)
     (out / SIDE_BY_SIDE).unlink(missing_ok=True)
     for run in runs:
         if status := _play(run, options.episodes, out if len(runs) == 1 else out / _as_folder(run.policy_name)):
+            if is_new and not any(out.iterdir()):
+                out.rmdir()
             return status
     if len(runs) == 2 and not options.no_replay:
         say(f"wrote {write_side_by_side(*runs, out)}")
@@ -73,14 +75,17 @@ def _play(run: Any, episodes: int, out: Path) -> int:
     """Play a run's episodes, write and say what came of them; returns the exit status."""
     run.play(episodes)
     written = run.write(out) if run.summaries else []  # before anything is said: nobody may be listening any more
-    if run.interrupted:
+    if run.interrupted or run.failure:
         done = f"after {len(run.summaries)} of {run.wanted} episodes"
         if not run.summaries:
             done = "before the first episode was finished: nothing written"
-        sys.stderr.write(f"dirt-push: interrupted {done}\n")
+        what = f"error: {run.failure};" if run.failure else "interrupted"
+        sys.stderr.write(f"dirt-push: {what} {done}\n")
     if written:
         say(f"{run.policy_name} in {run.env.config.name}, {run.env.config.task.period:g} s a step", run.table())
         say("wrote " + ", ".join(str(path) for path in written))
+    if run.failure:
+        return BAD_INPUT
     return INTERRUPTED if run.interrupted else 0
 
 

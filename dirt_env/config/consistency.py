@@ -23,6 +23,8 @@ MOST_CELLS = 2**24
 MOST_SUBSTEPS = 10_000  # of one control step; a second or so of computing
 SECONDS_PER_M3 = 20.0  # a fair machine's pace, for jobs that name no time
 
+READING = ("first_row", "array", "band", "nodata_value", "scale", "offset")  # keys of a design that say how its file is
+
 
 def check(config: SceneConfig) -> None:
     """Errors for tables that do not go together; warnings for a goal without room, ground that will slump, cells that
@@ -211,6 +213,9 @@ def _instead(config: SceneConfig) -> str:
 
 def _check_design(design: Design) -> None:
     """An error for keys of which one would be ignored: a plane, a layer, a file and the ground exclude each other."""
+    unread = [name for name in READING if not design.path and getattr(design, name) != getattr(Design, name)]
+    if unread:
+        raise ValueError(f"design has {' and '.join(unread)}; allowed: only beside design.path, the file to be read")
     given = {name: getattr(design, name) for name in ("layer", "path", "height", "slope")}
     given = [name for name, value in given.items() if value is not None]
     if given == ["height", "slope"] and design.height != "ground":

@@ -28,11 +28,13 @@ FIXED = ("start", "goal", "design", "obstacle", "hollow", "vary")
 def load(scene: str | Path | Mapping[str, Any] = "heap", **overrides: Any) -> SceneConfig:
     """A checked scene: the name of a shipped one, path of a TOML file, or mapping; `overrides` are merged over it.
 
-    Tables are merged key by key, lists and tables of another `kind` are replaced, and None takes a key out. Starts,
+    Tables are merged key by key, lists and tables of another `kind` are replaced, and None takes a key out. A relative
+    `path` begins in the file's folder if it is written there, in the current folder if it is in `overrides`. Starts,
     goals, hollows, a design, obstacles or `vary` in `overrides` take the place of a random layout. Raises ValueError
     that names the key, its value and what is allowed; keys and values of levels that are not asked for count, too.
     """
     _check_taken_out(overrides, {**dict.fromkeys(TOP_LEVEL), **SCENE})
+    overrides = paths_from(Path.cwd(), overrides)
     name, folder, written = _written(scene)
     survey.forget()  # a file may have changed since it was last loaded
     episode.plan.cache_clear()
@@ -54,6 +56,18 @@ def scene_folder() -> Path:
     """Where the shipped scenes are: inside the installed package, or in the checkout it lies in."""
     installed = PACKAGE / "configs" / "scene"
     return installed if installed.is_dir() else PACKAGE.parent / "configs" / "scene"
+
+
+def paths_from(folder: Path, written: Any) -> Any:
+    """The same plain values with all paths absolute, relative ones, under a key `path`, from the folder on."""
+    if isinstance(written, Mapping):
+        return {
+            key: str(folder / Path(value).expanduser())
+            if key == "path" and isinstance(value, str | Path) and str(value)
+            else paths_from(folder, value)
+            for key, value in written.items()
+        }
+    return [paths_from(folder, value) for value in written] if isinstance(written, list) else written
 
 
 def merge(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

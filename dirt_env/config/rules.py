@@ -68,7 +68,8 @@ class Number(Rule):
         low = f"{'>' if self.above else '>='} {self.low:g}" if self.low > -inf else ""
         high = f"{'<' if self.below else '<='} {self.high:g}" if self.high < inf else ""
         span = " and ".join(part for part in (low, high) if part)
-        return " ".join(part for part in (what, span, self.unit) if part)
+        unit = self.unit if span or not self.unit else f"in {self.unit}"
+        return " ".join(part for part in (what, span, unit) if part)
 
 
 @dataclass(frozen=True)
@@ -291,7 +292,7 @@ def known_keys(value: Any, key: str, rules: Mapping[str, Rule]) -> None:
         if name not in rules:
             close = get_close_matches(str(name), list(rules), n=1)
             hint = f", did you mean {close[0]}?" if close else ""
-            raise ValueError(f"{join(key, str(name))} is not known{hint or ';'} known: {', '.join(rules)}")
+            raise ValueError(f"{join(key, str(name))} is not known{hint or ';'} known: {', '.join(rules) or 'no keys'}")
 
 
 def join(key: str, name: str) -> str:

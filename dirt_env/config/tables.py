@@ -111,6 +111,8 @@ TIME = Number(1e-3, 1e9, "s")
 HEIGHT = Number(unit="m")
 DEGREES = Number(unit="degrees")
 SEED = Number(0, whole=True)
+FROM_ONE = Number(1, whole=True)
+FIRST_ROW = Choice(("north", "south"))
 SHARE = Number(0, 1, above=True)
 WEIGHT = Number(-1e9, 1e9)
 
@@ -150,12 +152,12 @@ GROUND = Kinds(
                 "crop": Vector(4),
                 "nodata": Choice(("wall", "fill")),
                 "nodata_value": Number(),
-                "scale": Number(),
+                "scale": Number(0, unit="m", above=True),
                 "offset": HEIGHT,
-                "first_row": Choice(("north", "south")),
+                "first_row": FIRST_ROW,
                 "pixel": METRES,
                 "array": Text(),
-                "band": Number(1, whole=True),
+                "band": FROM_ONE,
             },
             ("path",),
         ),
@@ -224,6 +226,12 @@ DESIGN = Table(
         "slope": Vector(2, Number()),
         "layer": METRES,
         "path": FilePath(),
+        "first_row": FIRST_ROW,
+        "array": Text(),
+        "band": FROM_ONE,
+        "nodata_value": Number(),
+        "scale": Number(0, unit="m", above=True),
+        "offset": HEIGHT,
         "tolerance": METRES,
     },
     ("region",),

@@ -18,8 +18,12 @@ _HOLD = 1.5  # s the last picture stays
 
 
 def caption(time_s: float, stats: Mapping[str, float]) -> str:
-    """One line about a moment: share in the goal, time, load, whichever are known."""
-    words = [f"share in goal {100 * stats['share_in_goal']:.0f} %"] if "share_in_goal" in stats else []
+    """One line about a moment: grade error, or else the share in the goal; time, load; whichever are known."""
+    words = []
+    if "grade_error_m" in stats:
+        words.append(f"grade error {stats['grade_error_m']:.3f} m")
+    elif "share_in_goal" in stats:
+        words.append(f"share in goal {100 * stats['share_in_goal']:.0f} %")
     words.append(f"time {time_s:.0f} s")
     if "load_m3" in stats:
         words.append(f"load {stats['load_m3']:.1f} m³")

@@ -15,12 +15,12 @@ def read_asc(path: str) -> Raster:
     """The height map of an ESRI ASCII grid."""
     with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
         text = file.read(LONGEST_HEADER)
-        header, _ = _header(text.split()[:-1])  # the last word may be cut in two
+        header, _ = _header(path, text.split()[:-1])  # the last word may be cut in two
         sizes = [header.get(name, 0.0) for name in ("nrows", "ncols")]
         if all(map(float.is_integer, sizes)):  # else the error is another one
             check_size(path, *sizes)
         words = (text + file.read()).split()
-    header, start = _header(words)
+    header, start = _header(path, words)
     sizes = set() if {"dx", "dy"} <= header.keys() else {"cellsize"}
     missing = {"ncols", "nrows", *sizes} - header.keys()
     if missing:
@@ -33,10 +33,11 @@ def read_asc(path: str) -> Raster:
     except ValueError as error:
         raise ValueError(f"{path} holds something that is no number: {error}") from None
     height[height == header.get("nodata_value", -9999.0)] = np.nan
-    return Raster(height, _cell(path, header))
+    cell = _cell(path, header)
+    return Raster(height, cell, corner=_corner(header, cell))
 
 
-def _header(words: list[str]) -> tuple[dict[str, float], int]:
+def _header(path: str, words: list[str]) -> tuple[dict[str, float], int]:
     """Name and value pairs at the beginning, and the place of the first height."""
     header: dict[str, float] = {}
     at = 0
@@ -44,9 +45,15 @@ def _header(words: list[str]) -> tuple[dict[str, float], int]:
         try:
             header[words[at].lower()] = float(words[at + 1])
         except ValueError:
-            raise ValueError(f"{words[at]} is {words[at + 1]!r}; allowed: a number") from None
+            raise ValueError(f"{path}: {words[at]} is {words[at + 1]!r}; allowed: a number") from None
         at += 2
     return header, at
+
+
+def _corner(header: dict[str, float], cell: float) -> tuple[float, float] | None:
+    """The south-western corner, m; None if the header does not say."""
+    found = [header.get(f"{axis}llcorner", header.get(f"{axis}llcenter", inf) - 0.5 * cell) for axis in "xy"]
+    return tuple(found) if max(found) < inf else None
 
 
 def _count(path: str, name: str, value: float) -> int:

@@ -22,6 +22,7 @@ class Reading(NamedTuple):
     array: str | None = None
     band: int | None = None
     nodata_value: float | None = None
+    table: str = "ground"  # of the scene, which errors name
 
 
 def read_raster(path: str, reading: Reading) -> Raster:
@@ -43,7 +44,7 @@ def read_mask(path: str) -> np.ndarray:
     bright as its brightest one (what is transparent is dark)."""
     suffix = _suffix(path, (".npy", ".png"))
     if suffix == ".npy":
-        return _read_numpy(path, None) != 0
+        return _read_numpy(path) != 0
     image = _open_png(path)
     brightness = np.asarray(image if image.mode.startswith("I") else _over_black(image))
     return brightness[::-1] >= max(int(brightness.max()), 1) / 2
@@ -51,12 +52,14 @@ def read_mask(path: str) -> np.ndarray:
 
 def _read(path: str, suffix: str, reading: Reading) -> Raster:
     if suffix in (".asc", ".tif", ".tiff") and reading.first_row is not None:
-        raise ValueError(f"ground.first_row is {reading.first_row!r}; {Path(path).name} says itself: leave the key out")
+        raise ValueError(
+            f"{reading.table}.first_row is {reading.first_row!r}; {Path(path).name} says itself: leave the key out"
+        )
     if suffix == ".asc":
         return read_asc(path)
     if suffix in (".tif", ".tiff"):
-        return read_geotiff(path, reading.crop, reading.band)
-    values = _read_png(path) if suffix == ".png" else _read_numpy(path, reading.array)
+        return read_geotiff(path, reading.crop, reading.band, reading.table)
+    values = _read_png(path) if suffix == ".png" else _read_numpy(path, reading.array, reading.table)
     north = (reading.first_row or ("north" if suffix == ".png" else "south")) == "north"
     return Raster(values[::-1] if north else values, None)
 
@@ -70,8 +73,8 @@ def _suffix(path: str, allowed: tuple[str, ...] = SUFFIXES) -> str:
     return suffix
 
 
-def _read_numpy(path: str, key: str | None) -> np.ndarray:
-    """The two-dimensional array of a .npy or .npz; nothing is unpickled."""
+def _read_numpy(path: str, key: str | None = None, table: str = "") -> np.ndarray:
+    """The two-dimensional array of a .npy, or that of the name `key` in a .npz; nothing is unpickled."""
     try:
         stored = np.load(path, "r", allow_pickle=False)  # mapped, so that its size is known before it is read
     except (OSError, EOFError, ValueError, BadZipFile) as error:
@@ -82,9 +85,9 @@ def _read_numpy(path: str, key: str | None) -> np.ndarray:
         shapes = {name: _shape_in(stored, name) for name in stored.files}
         grids = [name for name, shape in shapes.items() if len(shape) == 2]
         if key is None and len(grids) != 1:
-            raise ValueError(f"{path} has {len(grids)} two-dimensional arrays ({', '.join(grids)}); say ground.array")
+            raise ValueError(f"{path} has {len(grids)} two-dimensional arrays ({', '.join(grids)}); say {table}.array")
         if key is not None and key not in stored.files:
-            raise ValueError(f"ground.array is {key!r}; allowed: {', '.join(grids)}")
+            raise ValueError(f"{table}.array is {key!r}; allowed: {', '.join(grids)}")
         if len(shapes[key or grids[0]]) == 2:
             check_size(path, *shapes[key or grids[0]])
         return _checked(stored[key or grids[0]], path)
@@ -101,6 +104,8 @@ def _shape_in(stored: Any, name: str) -> tuple[int, ...]:
 def _checked(values: np.ndarray, path: str) -> np.ndarray:
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         raise ValueError(f"{path} has shape {values.shape} of {values.dtype}; allowed: two dimensions of real numbers")
+    if values.size == 0:
+        raise ValueError(f"{path} has {values.shape[0]} x {values.shape[1]} cells; allowed: at least one")
     check_size(path, *values.shape)
     return np.array(values)
 

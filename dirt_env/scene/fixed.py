@@ -112,7 +112,8 @@ def lay_out(plan: Plan, pose: tuple[float, float, float] | str, rng: np.random.G
         ground = ground - layer(hole, grid, float(rng.uniform(*depth)), setting.slope, plan.solid)
     height, target, design = ground.copy(), ground.copy(), None
     if plan.design:
-        target, design = plan.design.surface(ground, whole, grid, setting.slope, datum, plan.solid)
+        survey = plan.ground if isinstance(plan.ground, HeightFile) else None
+        target, design = plan.design.surface(ground, whole, grid, setting.slope, datum, plan.solid, survey)
     for start, region, source in zip(plan.starts, plan.regions, plan.sources, strict=True):
         amount = float(rng.uniform(*start.amount))
         if start.volume:

@@ -10,12 +10,15 @@ import numpy as np
 from dirt_env.scene.raster import LARGEST, Raster, require
 
 
-def read_geotiff(path: str, crop: tuple[float, float, float, float] | None, band: int | None) -> Raster:
-    """The height map of a GeoTIFF, or the part that `crop` needs (x0, y0, x1, y1 m from the south-western corner)."""
+def read_geotiff(path: str, crop: tuple[float, float, float, float] | None, band: int | None, table: str) -> Raster:
+    """The height map of a GeoTIFF, or the part that `crop` needs (x0, y0, x1, y1 m from the south-western corner).
+
+    `table` of the scene is the one that errors name.
+    """
     rasterio = require("rasterio", "rasterio")
     with _quiet(rasterio), rasterio.open(path) as source:
         cell = _cell(path, source)
-        band = _band(path, source.count, band)
+        band = _band(path, source.count, band, table)
         size = (source.width * cell, source.height * cell)
         row0, row1 = _part(crop and crop[1::2], size[1], cell, source.height)
         col0, col1 = _part(crop and crop[0::2], size[0], cell, source.width)
@@ -27,7 +30,10 @@ def read_geotiff(path: str, crop: tuple[float, float, float, float] | None, band
         first, last = (source.height - row1, source.height - row0) if north_up else (row0, row1)
         read = source.read(band, window=((first, last), (col0, col1)), masked=True)
         values = np.ma.filled(read.astype(np.float64), np.nan) * source.scales[band - 1] + source.offsets[band - 1]
-    return Raster(values[::-1] if north_up else values, cell, size, (col0 * cell, row0 * cell))
+        corner = (
+            None if source.transform.is_identity else (source.bounds.left, min(source.bounds.bottom, source.bounds.top))
+        )
+    return Raster(values[::-1] if north_up else values, cell, size, (col0 * cell, row0 * cell), corner)
 
 
 @contextmanager
@@ -63,11 +69,11 @@ def _cell(path: str, source) -> float:
     return float(across)
 
 
-def _band(path: str, count: int, band: int | None) -> int:
+def _band(path: str, count: int, band: int | None, table: str) -> int:
     if band is None and count > 1:
-        raise ValueError(f"{path} has {count} bands; say which are the heights: ground.band = 1 to {count}")
+        raise ValueError(f"{path} has {count} bands; say which are the heights: {table}.band = 1 to {count}")
     if band is not None and band > count:
-        raise ValueError(f"ground.band is {band}; allowed: 1 to {count}")
+        raise ValueError(f"{table}.band is {band}; allowed: 1 to {count}")
     return band or 1
 
 

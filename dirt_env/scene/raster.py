@@ -15,6 +15,7 @@ class Raster(NamedTuple):
     cell: float | None  # m; None: the file does not say
     size: tuple[float, float] | None = None  # extent of the whole file, m; None: the array is all of it
     origin: tuple[float, float] = (0.0, 0.0)  # south-western corner of the array from that of the file, m
+    corner: tuple[float, float] | None = None  # the file's south-western corner on its map, m; None: it does not say
 
 
 def check_size(path: str, rows: float, cols: float) -> None:

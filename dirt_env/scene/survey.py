@@ -20,7 +20,7 @@ class Survey(NamedTuple):
 
 @dataclass(frozen=True)
 class HeightFile:
-    """A height map of the ground; see docs/scenes.md for the keys."""
+    """A height map of the ground, or of another `table` of the scene; see docs/scenes.md for the keys."""
 
     path: str
     crop: tuple[float, float, float, float] | None = None
@@ -32,6 +32,7 @@ class HeightFile:
     pixel: float | None = None
     array: str | None = None
     band: int | None = None
+    table: str = "ground"
     kind: ClassVar[str] = "file"
 
     def read(self) -> Raster:
@@ -56,6 +57,13 @@ class HeightFile:
             )
         return x0, y0, x1, y1, pixel
 
+    @property
+    def corner(self) -> tuple[float, float] | None:
+        """South-western corner of the crop on the file's map, m; None if the file does not say."""
+        found = self.read().corner
+        x0, y0 = self.crop[:2] if self.crop else (0.0, 0.0)
+        return None if found is None else (found[0] + x0, found[1] + y0)
+
     def elevation(self, grid: Grid) -> np.ndarray:
         """Elevations of a site whose south-western corner is that of the crop, m [rows, cols]; NaN without data."""
         x0, y0, _, _, pixel = self.extent(grid.cell)
@@ -76,8 +84,8 @@ def forget() -> None:
 @lru_cache(maxsize=8)
 def _read(source: HeightFile) -> Raster:
     if source.scale is None and source.path.lower().endswith(".png"):
-        raise ValueError(f"ground.scale is missing for {source.path}; needed: metres per grey level")
-    reading = Reading(source.crop, source.first_row, source.array, source.band, source.nodata_value)
+        raise ValueError(f"{source.table}.scale is missing for {source.path}; needed: metres per grey level")
+    reading = Reading(source.crop, source.first_row, source.array, source.band, source.nodata_value, source.table)
     raster = read_raster(source.path, reading)
     return raster._replace(height=raster.height * (1.0 if source.scale is None else source.scale) + source.offset)
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from dirt_env.agents.loading import load_settings
 
@@ -108,6 +109,19 @@ def test_a_scene_of_ones_own_is_looked_for_from_the_current_folder(tmp_path, mon
     monkeypatch.chdir(tmp_path)
     own = {"worlds": {"scene": "mine.toml"}, "stage": [{}], "record": {"levels": []}}
     assert load_settings(shipped("ppo_heap"), own).worlds.scene == str(tmp_path / "mine.toml")
+
+
+def test_a_height_map_is_looked_for_from_where_its_name_is_written(tmp_path, monkeypatch):
+    ground, other = {"kind": "file", "path": "map.npy", "pixel": 0.5}, tmp_path / "other"
+    other.mkdir()
+    for folder in (tmp_path, other):
+        np.save(folder / "map.npy", np.zeros((64, 64)))
+    text = '[worlds.set.ground]\nkind = "file"\npath = "map.npy"\npixel = 0.5\n[[stage]]\nlevels = [1]\n'
+    (tmp_path / "mine.toml").write_text(text + "[record]\nlevels = [1]\n")
+    monkeypatch.chdir(other)
+    assert load_settings(tmp_path / "mine.toml", {}).worlds.set["ground"]["path"] == str(tmp_path / "map.npy")
+    own = load_settings(tmp_path / "mine.toml", {"worlds": {"set": {"ground": ground}}})
+    assert own.worlds.set["ground"]["path"] == str(other / "map.npy")
 
 
 def test_a_file_that_is_none(tmp_path):

@@ -63,6 +63,14 @@ def test_bad_input_is_one_clear_line(arguments, words, tmp_path, capsys):
     assert not (tmp_path / "new").exists()
 
 
+def test_without_its_library_the_adapter_is_left_out_unless_it_was_asked_for(monkeypatch):
+    every = {item.case for item in plan(quick=True) if isinstance(item, Item)}
+    monkeypatch.setattr("dirt_env.bench.speed.cases.find_spec", lambda name: None)
+    assert {item.case for item in plan(quick=True) if isinstance(item, Item)} == every - {"sb3"}
+    with pytest.raises(ImportError, match="case sb3 needs stable-baselines3"):
+        plan(cases=["sb3"])
+
+
 def test_ctrl_c_keeps_what_was_measured(tmp_path, capsys, monkeypatch):
     def measure(item, effort, cartpole):
         if item.case == "world":

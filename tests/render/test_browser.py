@@ -124,6 +124,24 @@ def test_the_switch_is_there_where_cells_were_recorded(cells, replay, tmp_path):
     assert re.search(r'<span class="group" id="grounds"[^>]*hidden', page)
 
 
+def test_a_job_with_a_design_shows_its_grade_error(site, make_pose, tmp_path):
+    recorders = {}
+    for name, last in (("left", 0.1), ("right", 0.3)):
+        recorders[name] = recorder = Recorder(name, "", site.cell, site.blade, site.machine)
+        recorder.begin("", start=site.start, goal=site.goal, solid=site.solid, target=site.target)
+        for error in (0.5, last):
+            stats = {"share_in_goal": 0.5, "grade_error_m": error}
+            recorder.add(site.height, make_pose(x=2, y=6), 10.0 * (error != 0.5), stats)
+    recorders["left"].write_html(tmp_path / "one.html")
+    write_pair(tmp_path / "two.html", "", recorders)
+    page, said = browse(tmp_path / "one.html", "at=10", tmp_path, "--dump-dom")
+    assert said == []
+    assert re.search(r'<dt class="main">grade error</dt><dd class="main">0.10 m</dd><dt>share in goal', page)
+    page, said = browse(tmp_path / "two.html", "at=10", tmp_path, "--dump-dom")
+    assert said == []
+    assert re.findall(r'<dt class="main">grade error</dt><dd class="main">([\d.]+) m</dd>', page) == ["0.10", "0.30"]
+
+
 @pytest.fixture
 def pair(site, make_pose, tmp_path):
     """The page of two recordings; that on the right ends earlier and with more in the goal."""

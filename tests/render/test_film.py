@@ -47,6 +47,7 @@ def test_frames_are_spread_evenly():
 
 def test_caption_says_what_is_known():
     assert caption(12.4, {}) == "time 12 s"
+    assert caption(12, {"share_in_goal": 0.9, "grade_error_m": 0.0594}) == "grade error 0.059 m   time 12 s"
     assert caption(12, {"share_in_goal": 0.934, "load_m3": 1.25}) == "share in goal 93 %   time 12 s   load 1.2 m³"
 
 

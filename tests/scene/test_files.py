@@ -96,6 +96,23 @@ def test_geotiffs_that_are_no_square_metres_are_refused(tmp_path, transform, crs
         read_raster(write_tif(tmp_path / "a.tif", transform=transform, crs=crs), Reading())
 
 
+def test_where_a_file_lies_on_its_map(tmp_path):
+    assert read_raster(write_tif(tmp_path / "a.tif"), Reading()).corner == (10.0, 46.0)
+    assert read_raster(write_asc(tmp_path / "a.asc"), Reading()).corner == (100.0, 200.0)
+    centre = "xllcenter 100\nyllcenter 200"
+    assert read_raster(write_asc(tmp_path / "c.asc", corner=centre), Reading()).corner == (99.0, 199.0)
+    assert read_raster(write_asc(tmp_path / "n.asc", corner=""), Reading()).corner is None
+    np.save(tmp_path / "a.npy", SOUTH_UP)
+    assert read_raster(str(tmp_path / "a.npy"), Reading()).corner is None
+
+
+@pytest.mark.parametrize("shape", [(0, 64), (64, 0)])
+def test_files_without_a_cell_are_refused(tmp_path, shape):
+    np.save(tmp_path / "a.npy", np.zeros(shape))
+    with pytest.raises(ValueError, match=rf"a.npy has {shape[0]} x {shape[1]} cells; allowed: at least one"):
+        read_raster(str(tmp_path / "a.npy"), Reading())
+
+
 def test_bands(tmp_path):
     path = write_tif(tmp_path / "a.tif", np.stack([NORTH_UP, NORTH_UP + 10]))
     with pytest.raises(ValueError, match=r"has 2 bands; say which"):

@@ -120,6 +120,37 @@ def test_design_by_height_slope_and_file(tmp_path):
         lay_out(goals=(), design=Design(region, path=str(tmp_path / "small.npy")))
 
 
+def test_a_design_is_read_as_the_ground_is_unless_it_says_otherwise(tmp_path):
+    region, ramp = Rectangle((16.0, 12.0), (30.0, 22.0)), np.arange(48.0)[:, None] * 0.01 + np.zeros(64)
+    nothing = np.where(np.arange(64) < 32, -9999.0, ramp)
+    np.save(tmp_path / "ground.npy", ramp[::-1])
+    np.save(tmp_path / "design.npy", nothing[::-1])
+    np.save(tmp_path / "south.npy", ramp)
+    np.savez(tmp_path / "two.npz", cm=100.0 * ramp[::-1] - 50.0, other=ramp)
+    ground = HeightFile(str(tmp_path / "ground.npy"), first_row="north", nodata_value=-9999.0, pixel=0.5)
+    likewise = lay_out(goals=(), ground=ground, design=Design(region, path=str(tmp_path / "design.npy")))
+    assert np.abs(likewise.target - ramp).max() < 1e-12
+    assert likewise.design.sum() == 44 * 30  # the eastern half of the region
+    south = Design(region, path=str(tmp_path / "south.npy"), first_row="south")
+    assert np.abs(lay_out(goals=(), ground=ground, design=south).target - ramp).max() < 1e-12
+    two = str(tmp_path / "two.npz")
+    scaled = Design(region, path=two, array="cm", scale=0.01, offset=0.5)
+    assert np.abs(lay_out(goals=(), ground=ground, design=scaled).target - ramp).max() < 1e-12
+    with pytest.raises(ValueError, match=r"two-dimensional arrays \(cm, other\); say design.array"):
+        lay_out(goals=(), ground=ground, design=Design(region, path=two))
+
+
+def test_a_design_of_another_place_is_refused(tmp_path):
+    heights = "\n".join(" ".join(["1.0"] * 64) for _ in range(48))
+    for name, west in (("ground", 500000.0), ("near", 500000.1), ("far", 500008.0)):
+        text = f"ncols 64\nnrows 48\nxllcorner {west}\nyllcorner 100\ncellsize 0.5\n{heights}\n"
+        (tmp_path / f"{name}.asc").write_text(text)
+    region, ground = Rectangle((12.0, 12.0), (8.0, 8.0)), HeightFile(str(tmp_path / "ground.asc"))
+    lay_out(goals=(), ground=ground, design=Design(region, path=str(tmp_path / "near.asc")))
+    with pytest.raises(ValueError, match=r"corner at \(500008, 100\) m; allowed: the ground's \(500000, 100\) m"):
+        lay_out(goals=(), ground=ground, design=Design(region, path=str(tmp_path / "far.asc")))
+
+
 def test_obstacles_have_their_cells():
     post, wall = Post((10.0, 10.0), 1.0), Wall((20.0, 2.0), (20.0, 22.0), 1.0)
     block = Block(Rectangle((5.0, 5.0), (2.0, 2.0)))

@@ -8,6 +8,7 @@ import os
 import platform
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from typing import Any
 
 from dirt_env.bench.evaluate.episode import Answer, LostWorkerError, Trial, answer, record_of
@@ -18,16 +19,21 @@ RETRIES = 20  # of one trial; a policy that kills its process would otherwise go
 NEEDED = 'needs ray: pip install ".[ray]" into a virtual environment of its own, since ray pins gymnasium 1.2.2'
 
 
+def check_ray() -> None:
+    """Raise ImportError without ray."""
+    if find_spec("ray") is None:
+        raise ImportError(f"--ray {NEEDED}")
+
+
 def run_on_ray(trials: Sequence[Trial], address: str) -> Records:
     """Records of the trials as they are finished, from the cluster at that address ("auto", "local", host:port).
 
     Each trial takes one CPU. Raises as `dirt_env.bench.evaluate.pool.run_in_processes` does, ValueError for a machine
     whose code or libraries are others, and ImportError without ray.
     """
-    try:
-        import ray
-    except ImportError:
-        raise ImportError(f"--ray {NEEDED}") from None
+    check_ray()
+    import ray
+
     try:
         ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, ValueError) as error:

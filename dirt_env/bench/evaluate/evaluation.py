@@ -9,7 +9,7 @@ from typing import Any
 from dirt_env.bench.evaluate import aggregate, pool
 from dirt_env.bench.evaluate.episode import LostWorkerError, PolicyFailureError, Trial
 from dirt_env.bench.evaluate.journal import RESULT, Journal
-from dirt_env.bench.evaluate.origin import code_digest, origin
+from dirt_env.bench.evaluate.origin import code_digest, data_digests, origin
 from dirt_env.bench.evaluate.plots import can_plot, write_plots
 from dirt_env.bench.evaluate.suite import Suite
 from dirt_env.bench.evaluate.summary import by_key, summarise
@@ -44,12 +44,12 @@ class Evaluation:
     def settings(self) -> dict[str, Any]:
         """What all figures depend on, as plain values: a folder with an evaluation of others is refused."""
         found = origin()
+        tasks = [{**task.written(), "overrides": None, "config": task.config().to_dict()} for task in self.suite.tasks]
         return {
             "policies": list(self.policies),
             "suite": self.suite.name,
-            "tasks": [
-                {**task.written(), "overrides": None, "config": task.config().to_dict()} for task in self.suite.tasks
-            ],
+            "tasks": tasks,
+            "files": data_digests(tasks),
             "split": self.split,
             "layouts": list(self.layouts),
             "versions": found["versions"],
@@ -113,8 +113,9 @@ class Evaluation:
 def player(workers: int, ray: str | None) -> Play:
     """What plays trials: this process, `workers` processes, or the machines of a Ray cluster."""
     if ray is not None:
-        from dirt_env.bench.evaluate.cluster import run_on_ray
+        from dirt_env.bench.evaluate.cluster import check_ray, run_on_ray
 
+        check_ray()
         return lambda trials: run_on_ray(trials, ray)
     if workers == 1:
         return pool.run_here

@@ -81,7 +81,7 @@ class Journal:
         differ = [key for key in dict.fromkeys([*wanted, *kept]) if wanted.get(key) != kept.get(key)]
         if differ:
             first = differ[0]
-            was, now = (_short(values.get(first)) for values in (kept, wanted))
+            was, now = map(_short, _apart(kept.get(first), wanted.get(first)))
             raise ValueError(
                 f"{self.folder} holds an evaluation with other {', '.join(differ)} ({first} was {was}, is {now}); "
                 "allowed: the settings it was begun with, --fresh to begin anew, or another --out"
@@ -102,6 +102,14 @@ class Journal:
                 where = f"{self.folder / EPISODES}, line {number}"
                 raise ValueError(f"{where} is damaged: {error}; allowed: --fresh, or another --out") from None
         return records
+
+
+def _apart(one: Any, other: Any) -> tuple[Any, Any]:
+    """Two values; of mappings only the entries in which they differ."""
+    if not (isinstance(one, dict) and isinstance(other, dict)):
+        return one, other
+    keys = [key for key in dict.fromkeys([*one, *other]) if one.get(key) != other.get(key)]
+    return tuple({key: values[key] for key in keys if key in values} for values in (one, other))
 
 
 def _short(value: Any) -> str:

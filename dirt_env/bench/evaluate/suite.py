@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dirt_env.config import SceneConfig, load
-from dirt_env.config.loading import scene_folder
+from dirt_env.config.loading import paths_from, scene_folder
 
 SUITE_KEYS = {"description": str, "include": list, "job": list}
 JOB_KEYS = {"name": str, "scene": str, "levels": list, "steps": int, "set": dict, "without": list}
@@ -142,7 +142,7 @@ def _tasks_of(job: Mapping[str, Any], path: Path) -> Iterator[Task]:
     levels = job.get("levels", [None])
     if not levels or any(level is not None and type(level) is not int for level in levels):
         raise ValueError(f"suite {path}, job: levels is {levels!r}; allowed: a list of whole numbers")
-    overrides = {key: _copy(value) for key, value in job.get("set", {}).items()}
+    overrides = paths_from(path.resolve().parent, _copy(job.get("set", {})))
     for key in job.get("without", []):
         _leave_out(overrides, str(key))
     for level in levels:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, Protocol
 
 import gymnasium
@@ -126,9 +127,15 @@ ALONE = ("single",)  # cases of one world, whatever is asked for
 ONE_THREAD = ("single", "sync", "world")
 
 
+NO_ADAPTER = 'case sb3 needs stable-baselines3: pip install ".[train]" in the checkout'
+
+
+def has_adapter() -> bool:
+    """Whether stable-baselines3 is there."""
+    return find_spec("stable_baselines3") is not None
+
+
 def need_adapter() -> None:
     """Raise ImportError with a sentence that helps where stable-baselines3 is missing."""
-    try:
-        import_module("stable_baselines3")
-    except ImportError:
-        raise ImportError('case sb3 needs stable-baselines3: pip install ".[train]" in the checkout') from None
+    if not has_adapter():
+        raise ImportError(NO_ADAPTER)

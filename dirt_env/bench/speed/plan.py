@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from itertools import product
 
 from dirt_env.bench.speed import full_load
-from dirt_env.bench.speed.cases import ALONE, CASES, ONE_THREAD, need_adapter
+from dirt_env.bench.speed.cases import ALONE, CASES, ONE_THREAD, has_adapter, need_adapter
 from dirt_env.bench.speed.drives import DRIVES
 from dirt_env.bench.speed.full_load import Push
 from dirt_env.bench.speed.measure import Item
@@ -51,7 +51,8 @@ def plan(
 ) -> list[Item | Push]:
     """The rows to measure: a fixed set, or every combination of what was chosen, and the base of all else.
 
-    Raises ValueError that names what is wrong, and ImportError where sb3 is chosen and missing.
+    Raises ValueError that names what is wrong, and ImportError where sb3 is chosen and missing; it is left out where
+    nobody chose it.
     """
     _known("--case", cases, tuple(CASES))
     _known("--drive", drives, (*DRIVES, FULL_LOAD))
@@ -66,8 +67,10 @@ def plan(
         wanted = product(cases or CASES, chosen_sizes or [SIDE], worlds, crew, driven)
         items = list(dict.fromkeys(_item(*parts) for parts in wanted))
         pushes = _pushes(quick, cases, chosen_sizes) if FULL_LOAD in drives else []
-    if any(item.case == "sb3" for item in items):
+    if "sb3" in cases:
         need_adapter()
+    if not has_adapter():
+        items = [item for item in items if item.case != "sb3"]
     return [*items, *pushes]
 
 

@@ -2,7 +2,7 @@
 // The address may say #at=60&camera=follow&episode=1&renderer=canvas.
 
 const COLORS = ["#56b4e9", "#f0a35e"];
-const SHOWN = ["share_in_goal", "volume_moved_m3", "spilled_m3", "distance_m", "work_kj", "load_m3"];
+const SHOWN = ["grade_error_m", "share_in_goal", "volume_moved_m3", "spilled_m3", "distance_m", "work_kj", "load_m3"];
 
 // One half of the page: a policy's view and its figures.
 class Side {
@@ -26,14 +26,15 @@ class Side {
     const episode = await this.decoded.get(number);
     this.episode = episode;
     this.end = episode.times[episode.frames - 1];
-    this.shares = episode.stats[episode.names.indexOf("share_in_goal")];
+    this.main = episode.names[mainFigure(episode.names)];
+    this.curve = episode.stats[mainFigure(episode.names)];
     this.camera = new Camera([episode.cols * episode.cell, episode.rows * episode.cell]);
     this.renderer.setEpisode(episode);
     this.list.replaceChildren();
     this.cells = SHOWN.filter((name) => episode.names.includes(name)).map((name) => {
       const { label, unit } = parseName(name), [term, value] = [document.createElement("dt"), document.createElement("dd")];
       term.textContent = label;
-      if (name === "share_in_goal") term.className = value.className = "main";
+      if (name === this.main) term.className = value.className = "main";
       this.list.append(term, value);
       return { k: episode.names.indexOf(name), unit, value };
     });
@@ -89,7 +90,7 @@ class Pair {
       this.dirty = this.sides.map((side) => side.show(this.seconds, passed)).includes(true);
       byId("clock").textContent = `${formatTime(this.seconds)} / ${formatTime(this.end)}`;
       byId("scrub").value = this.seconds;
-      drawShares(byId("chart"), this.sides, this.seconds, this.end);
+      drawCurves(byId("chart"), this.sides, this.seconds, this.end);
     }
     requestAnimationFrame((next) => this.tick(next));
   }
@@ -144,30 +145,31 @@ class Pair {
   }
 }
 
-// Both shares over time in one picture: what is to come is faint.
-function drawShares(canvas, sides, at, end) {
+// What the job is judged by over time, of both in one picture: what is to come is faint.
+function drawCurves(canvas, sides, at, end) {
+  const { title, top: most, text } = scaleOf(sides[0].main, sides.map(({ curve }) => Array.from(curve || [])));
   const ratio = window.devicePixelRatio || 1, wide = canvas.clientWidth, high = canvas.clientHeight;
   canvas.width = Math.round(wide * ratio);
   canvas.height = Math.round(high * ratio);
   const pen = canvas.getContext("2d"), left = 34, right = wide - 8, bottom = high - 16, top = 6;
-  const x = (t) => left + (right - left) * t / Math.max(end, 1e-6), y = (v) => bottom - (bottom - top) * Math.min(1, Math.max(0, v));
+  const x = (t) => left + (right - left) * t / Math.max(end, 1e-6), y = (v) => bottom - (bottom - top) * Math.min(1, Math.max(0, v / most));
   pen.scale(ratio, ratio);
   pen.font = "10px system-ui, sans-serif";
   pen.textBaseline = "middle";
   pen.textAlign = "right";
-  for (const level of [0, 0.5, 1]) {
+  for (const level of [0, 0.5 * most, most]) {
     pen.fillStyle = "#9aa7b5";
-    pen.fillText(`${100 * level}%`, left - 5, y(level));
+    pen.fillText(text(level), left - 5, y(level));
     pen.fillStyle = "rgba(255,255,255,.14)";
     pen.fillRect(left, y(level), right - left, 1);
   }
   pen.fillStyle = "#9aa7b5";
   pen.textAlign = "center";
-  pen.fillText("share in goal", (left + wide) / 2, high - 6);
-  sides.forEach(({ episode, shares }, k) => {
-    if (!shares) return;
+  pen.fillText(title, (left + wide) / 2, high - 6);
+  sides.forEach(({ episode, curve: values }, k) => {
+    if (!values) return;
     for (const [until, alpha, width] of [[Infinity, 0.4, 1.5], [at, 1, 2]]) {
-      curve(pen, episode.times, shares, until, x, y);
+      curve(pen, episode.times, values, until, x, y);
       Object.assign(pen, { strokeStyle: COLORS[k], globalAlpha: alpha, lineWidth: width });
       pen.stroke();
     }

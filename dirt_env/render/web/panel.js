@@ -33,7 +33,7 @@ class Panel {
 
   setEpisode(episode) {
     this.episode = episode;
-    this.main = episode.names.indexOf("share_in_goal");
+    this.main = mainFigure(episode.names);
     const order = episode.names.map((_, k) => k).sort((a, b) => (b === this.main) - (a === this.main));
     byId("stats").replaceChildren();
     this.cells = order.map((k) => {
@@ -62,6 +62,6 @@ class Panel {
     }
     byId("clock").textContent = `${formatTime(seconds)} / ${formatTime(episode.times[episode.frames - 1])}`;
     byId("scrub").value = seconds;
-    if (this.main >= 0) drawChart(byId("chart"), episode.times, episode.stats[this.main], seconds);
+    if (this.main >= 0) drawChart(byId("chart"), episode.names[this.main], episode.times, episode.stats[this.main], seconds);
   }
 }

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from dirt_env.bench.evaluate import evaluation, pool
@@ -143,6 +144,25 @@ def test_other_settings_in_an_old_folder_are_refused(finished, tmp_path, capsys)
     assert main(["evaluate", *other, "--out", str(finished)]) == 2
     assert "holds an evaluation with other tasks" in capsys.readouterr().err
     assert figures(finished) == before
+
+
+def test_a_height_map_that_has_changed_is_refused(tmp_path, monkeypatch, capsys):
+    rng = np.random.default_rng(0)
+    (tmp_path / "site.toml").write_text(
+        '[ground]\nkind = "file"\npath = "map.npy"\npixel = 0.5\n[task]\ntime = 2.0\n'
+        '[[start]]\nregion = { kind = "circle", center = [9.0, 16.0], radius = 3.0 }\nvolume = 5.0\n'
+        '[[goal]]\nregion = { kind = "circle", center = [21.0, 16.0], radius = 3.5 }\n'
+    )
+    (tmp_path / "suite.toml").write_text('[[job]]\nscene = "site.toml"\n')
+    np.save(tmp_path / "map.npy", 0.01 * rng.normal(size=(64, 64)))
+    monkeypatch.chdir(tmp_path)
+    arguments = ["evaluate", "--policies", "idle", "--suite", "suite.toml", "--layouts", "1", "--out", "out"]
+    assert main(arguments) == main(arguments) == 0
+    capsys.readouterr()
+    np.save(tmp_path / "map.npy", 0.01 * rng.normal(size=(64, 64)))
+    assert main(arguments) == 2
+    assert "out holds an evaluation with other files (files was {" in capsys.readouterr().err
+    assert main([*arguments, "--fresh"]) == 0
 
 
 def test_a_policy_that_fails_is_named_and_the_rest_is_kept(tmp_path, monkeypatch, capsys):

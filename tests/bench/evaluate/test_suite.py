@@ -64,6 +64,16 @@ def test_a_file_of_ones_own(written, tmp_path):
     assert {task.steps for task in load_suite(path, steps=7).tasks} == {7}
 
 
+def test_files_that_a_suite_names_lie_beside_it(written, tmp_path, monkeypatch):
+    np.save(tmp_path / "map.npy", np.zeros((64, 64)))
+    path = written(
+        '[[job]]\nscene = "posts"\nlevels = [1]\nset = { ground = { kind = "file", path = "map.npy", pixel = 0.5 } }\n'
+    )
+    monkeypatch.chdir("/")
+    [task] = load_suite(path).tasks
+    assert task.config().ground.path == str(tmp_path / "map.npy")
+
+
 def test_a_task_is_made_again_from_what_is_written_of_it():
     for task in load_suite("all").tasks:
         assert Task(**task.written()) == task
