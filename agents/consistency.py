@@ -10,7 +10,7 @@ from dirt_env.task.site_map import OVERVIEW
 from dirt_env.variety import check_alike
 
 from .hyperparameters import Sac
-from .settings import Network, Settings, Teacher, overrides_of
+from .settings import Network, Settings, Stage, Teacher, overrides_of
 
 
 def check(settings: Settings) -> None:
@@ -23,7 +23,8 @@ def check(settings: Settings) -> None:
     _check_stages(settings)
     played = [*settings.stages, settings.record]
     levels = {level for one in played for level in one.levels or (None,)}
-    configs = {level: load(settings.worlds.scene, **overrides_of(settings, level)) for level in levels}
+    _check_scene_keys(settings)
+    configs = {level: _scene_at(settings, level) for level in sorted(levels, key=str)}
     for config in configs.values():
         if config.observation.map:
             raise ValueError("worlds.set.observation.map is True; allowed: False, with patch, pose and overview")
@@ -34,9 +35,36 @@ def check(settings: Settings) -> None:
                 'allowed: with "todo" among them'
             )
     _check_variants(settings, configs)
-    _check_teacher(settings)
     if settings.sac is not None:
         _check_sac(settings, settings.sac, step_bytes(next(iter(configs.values())), settings.worlds.frames))
+    _check_teacher(settings)
+
+
+def _check_scene_keys(settings: Settings) -> None:
+    """Raise ValueError for keys of the scene that are said elsewhere in the settings."""
+    worlds = settings.worlds
+    tables = {"worlds.set": worlds.set} | {f"worlds.variants[{i}]": table for i, table in enumerate(worlds.variants)}
+    for key, table in tables.items():
+        for name, elsewhere in (("scene", "worlds.scene"), ("level", "levels in [[stage]] and [record]")):
+            if name in table:
+                raise ValueError(f"{key}.{name} is {table[name]!r}; allowed: {elsewhere} alone")
+    for number, variant in enumerate(worlds.variants):
+        seen = variant.get("observation", {})
+        if other := [name for name in seen if name != "noise"] if isinstance(seen, Mapping) else []:
+            raise ValueError(
+                f"worlds.variants[{number}].observation has {', '.join(other)}; allowed: noise alone, for the policy "
+                "sees all worlds alike (worlds.set.observation)"
+            )
+
+
+def _scene_at(settings: Settings, level: int | None) -> SceneConfig:
+    """The scene at a level of a stage or of the record."""
+    try:
+        return load(settings.worlds.scene, **overrides_of(settings, level))
+    except ValueError as error:
+        if not str(error).startswith(("level ", "layout.level ")):
+            raise
+        raise ValueError(f"levels in [[stage]] or [record] have {level}: {error}") from error
 
 
 def _check_sac(settings: Settings, sac: Sac, size: int) -> None:
@@ -83,6 +111,12 @@ def _check_teacher(settings: Settings) -> None:
         raise ValueError(f"teacher.policy is {teacher.policy!r}: {error}") from error
     if needed(policy) not in ({}, {"observation": {"map": True}}):
         raise ValueError(f"teacher.policy is {teacher.policy!r}, which needs {needed(policy)}; allowed: the map alone")
+    kinds = _kinds(settings, settings.stages[-1])
+    if teacher.worlds < kinds:
+        raise ValueError(
+            f"teacher.worlds is {teacher.worlds}; allowed: at least {kinds}, a world for each level of the last stage "
+            "with each of worlds.variants"
+        )
     if teacher.critic_steps >= settings.steps:
         raise ValueError(f"teacher.critic_steps is {teacher.critic_steps}; allowed: less than steps {settings.steps}")
 
@@ -91,8 +125,6 @@ def _check_variants(settings: Settings, configs: Mapping[int | None, SceneConfig
     """Raise ValueError where a variant cannot be in one batch with the scene as it is (`configs`, by level)."""
     for number, variant in enumerate(settings.worlds.variants):
         key = f"worlds.variants[{number}]"
-        if "level" in variant:
-            raise ValueError(f"{key}.level is {variant['level']!r}; allowed: levels in [[stage]] alone")
         for level, plain in configs.items():
             try:
                 config = load(settings.worlds.scene, **merge(overrides_of(settings, level), variant))
@@ -112,12 +144,17 @@ def _check_stages(settings: Settings) -> None:
             raise ValueError(
                 f"stage[{number}] {said}; allowed: `success` or `steps` in every stage but the last, which has neither"
             )
-        kinds = max(len(stage.levels), 1) * max(len(settings.worlds.variants), 1)
+        kinds = _kinds(settings, stage)
         if kinds > settings.worlds.count:
             raise ValueError(
                 f"worlds.count is {settings.worlds.count}; allowed: at least {kinds}, a world for each level of "
                 f"stage[{number}] with each of worlds.variants"
             )
+
+
+def _kinds(settings: Settings, stage: Stage) -> int:
+    """How many worlds of a stage differ: every variant at every level."""
+    return max(len(stage.levels), 1) * max(len(settings.worlds.variants), 1)
 
 
 def check_network(network: Network, size: int) -> None:

@@ -1,13 +1,13 @@
 """Demonstrations: what a scripted behaviour does on training layouts, for a training run to begin from."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import gymnasium
 import numpy as np
 
 from dirt_env.config.loading import merge
-from dirt_env.policy import load_policy
+from dirt_env.policy import Policy, complaint, load_policy
 from dirt_env.split import training_seeds
 
 from .course import worlds_of
@@ -44,8 +44,7 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
     disturbed, left = np.zeros((teacher.worlds, 3)), np.zeros(teacher.worlds, int)
     try:
         for step in range(-(-teacher.steps // teacher.worlds)):
-            asked = [policy.act(_of(observations, world)) for world, policy in enumerate(policies)]
-            wanted = np.clip(np.stack(asked).astype(np.float32), -1.0, 1.0)
+            wanted = np.clip(_asked(teacher.policy, policies, observations), -1.0, 1.0)
             seen = mirror.show(frames.add(_seen(observations), ended))
             yield (step + 1) * teacher.worlds, Demonstrations(seen, mirror.steer(wanted))
             begins = (left == 0) & (generator.random(teacher.worlds) < BEGINS)
@@ -60,6 +59,17 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
                 policies[world].reset(int(generator.integers(2**31)))
     finally:
         env.close()
+
+
+def _asked(name: str, policies: Sequence[Policy], observations: dict[str, np.ndarray]) -> np.ndarray:
+    """What the teachers want to do, f4[n, 3]; ValueError that names the policy where one fails."""
+    try:
+        asked = [np.asarray(policy.act(_of(observations, world)), float) for world, policy in enumerate(policies)]
+    except Exception as error:
+        raise ValueError(f"teacher.policy is {name!r}, which failed: {complaint(error)}") from error
+    if wrong := [actions.shape for actions in asked if actions.shape != (3,)]:
+        raise ValueError(f"teacher.policy is {name!r}, which gives actions of the shape {wrong[0]}; allowed: (3,)")
+    return np.stack(asked).astype(np.float32)
 
 
 def _of(observations: dict[str, np.ndarray], world: int) -> dict[str, np.ndarray]:

@@ -41,7 +41,10 @@ class Table:
     def __init__(self, path: Path, columns: Sequence[str], steps: int) -> None:
         """Open the file; it begins anew with `steps` 0."""
         self._columns = columns
-        kept = [row for row in _rows(path) if steps and int(row["steps"]) <= steps]
+        try:
+            kept = [row for row in _rows(path) if steps and int(row["steps"]) <= steps]
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(f"{path} is damaged: {error}; allowed: as it was written, or --fresh") from error
         content = io.StringIO()
         writer = csv.DictWriter(content, columns, lineterminator="\n")
         writer.writeheader()

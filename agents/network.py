@@ -154,9 +154,10 @@ def load(path: str | Path, config: SceneConfig) -> LearnedPolicy:
         raise ValueError(f"policy {path} is no file; allowed: a policy.npz that training has written")
     try:
         policy = read(*unpacked(path, FORMAT))
+        blade = policy.action["blade"]
     except (ValueError, TypeError, KeyError, ArithmeticError) as error:
         raise ValueError(f"policy {path} is damaged or no policy: {error}") from error
-    if policy.action["blade"] == "grade" and not isinstance(config.terrain, HeightField):
+    if blade == "grade" and not isinstance(config.terrain, HeightField):
         raise ValueError(
             f'terrain is "{config.terrain.kind}"; allowed with policy {path.stem}, which needs grade control: '
             f'"{HeightField.kind}"'

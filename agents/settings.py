@@ -24,6 +24,8 @@ SINCE = {
 }
 
 FRAMES = Number(1, 16, whole=True)
+SEED = Number(0, 2**32 - 1, whole=True)
+THREADS = Number(1, 512, whole=True)
 WORLDS = Number(1, len(TRAINING_LAYOUTS), whole=True)  # each starts from a layout of its own
 
 
@@ -189,7 +191,7 @@ TRAINING = Table(
     {
         "description": Text(),
         "steps": FROM_ONE,
-        "seed": Number(0, whole=True),
+        "seed": SEED,
         "device": Choice(("cpu", "cuda", "auto")),
         "algorithm": Choice(tuple(ALGORITHMS)),
         "worlds": Table(
@@ -199,7 +201,7 @@ TRAINING = Table(
                 "scene": SceneName(),
                 "set": SceneKeys(),
                 "variants": Many(SceneKeys()),
-                "threads": FROM_ONE,
+                "threads": THREADS,
                 "steps": FROM_ONE,
                 "frames": FRAMES,
                 "mirror": Flag(),

@@ -7,6 +7,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from dirt_env.cli.run import read_settings
 from dirt_env.config.loading import merge
@@ -30,11 +31,18 @@ def _train(options: argparse.Namespace) -> int:
     seed = {} if options.seed is None else {"seed": options.seed}
     settings = load_settings(options.config, merge(read_settings(options.set), seed))
     try:
+        from dirt_env.agents.lock import alone_in
         from dirt_env.agents.trainer import Trainer
     except ImportError as error:
         raise ImportError(f'{error}; training needs more than the environment: pip install ".[train]"') from error
     out = writable(options.out or Path("runs") / "train" / f"{settings.name}-seed{settings.seed}")
-    trainer = Trainer(settings, out, options.fresh)
+    with alone_in(out):
+        return _run(Trainer(settings, out, options.fresh))
+
+
+def _run(trainer: Any) -> int:
+    """Train to the end, and say what came of it; returns the exit status."""
+    settings, out = trainer.settings, trainer.out
     if trainer.resumed:
         sys.stderr.write(f"train: going on in {out} after {trainer.steps:,} of {settings.steps:,} steps\n")
     stopped = trainer.run()

@@ -35,8 +35,8 @@ class Trainer:
     def __init__(self, settings: Settings, out: Path, fresh: bool = False) -> None:
         """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged.
 
-        With `fresh`, what the folder holds of a run is removed when all else is ready. ValueError for a device that is
-        not there.
+        With `fresh`, what the folder holds of a run goes when the new one has something to put there. ValueError for a
+        device that is not there.
         """
         if settings.device == "cuda" and not torch.cuda.is_available():
             raise ValueError(
@@ -71,12 +71,12 @@ class Trainer:
         if found is None:
             self.model.begin_episodes(self.env)
         else:
+            checkpoint.agree_on_scene(found, self.course, path)
             checkpoint.restore(found, self.model, self.env, self.course)
             self.notes = found.metadata["notes"]
         self._selection = Selection(settings)
-        if fresh:
-            _clear(out)
-        self._saved = self.model.num_timesteps if self.resumed else -1
+        self._fresh = fresh
+        self._saved = self._state_of_save() if self.resumed else None
 
     @property
     def steps(self) -> int:
@@ -89,13 +89,22 @@ class Trainer:
         return self.steps >= self.settings.steps
 
     def run(self) -> int | None:
-        """Train to the end; returns None, or the number of the signal that stopped it, after a save."""
-        logbook = Logbook(self.out, self.steps, self.settings.algorithm)
+        """Train to the end; returns None, or the number of the signal that stopped it, after a save.
+
+        ValueError where a teacher fails, and where training diverges.
+        """
         progress = Progress(self.settings.steps)
+        logbook = None if self._fresh else self._open_logbook()
         with caught_signals() as stopped:
             try:
-                if not self.resumed and self.settings.teacher.policy and not self._imitate(progress, stopped):
+                begins = not self.resumed and bool(self.settings.teacher.policy)
+                if begins and not self._imitate(progress, stopped):
                     return stopped[0]
+                if logbook is None:
+                    _clear(self.out)
+                    logbook = self._open_logbook()
+                if begins:
+                    self._save()
                 while not (self.is_done or stopped):
                     judged = self.notes["evaluated"]
                     self._iterate(logbook)
@@ -107,16 +116,20 @@ class Trainer:
                 self._save()
             finally:
                 progress.clear()
-                logbook.close()
-        return stopped[0] if stopped and not self.is_done else None
+                if logbook is not None:
+                    logbook.close()
+        return stopped[0] if stopped and self.notes["evaluated"] < self.settings.steps else None
 
     def close(self) -> None:
         """Let the worlds go."""
         self.env.close()
         self._selection.close()
 
+    def _open_logbook(self) -> Logbook:
+        return Logbook(self.out, self.steps, self.settings.algorithm)
+
     def _imitate(self, progress: Progress, stopped: list[int]) -> bool:
-        """Begin from the teacher, and save; False if that was stopped: then the next run begins it anew."""
+        """Begin from the teacher; False if that was stopped: then the next run begins it anew."""
 
         def tell(share: float, words: str) -> bool:
             progress.show(share * self.settings.steps, f"imitation: {words}")
@@ -128,7 +141,6 @@ class Trainer:
         self.model.begin_episodes(self.env)
         wall = perf_counter() - begun
         self.notes |= {"seconds": wall, "cpu_seconds": process_time() - busy}
-        self._save()
         return True
 
     def _iterate(self, logbook: Logbook) -> None:
@@ -137,7 +149,15 @@ class Trainer:
         busy = process_time()
         if self.settings.ppo is not None:
             self._guide(self.settings.ppo)
-        self.model.learn(self.settings.rollout, log_interval=None, reset_num_timesteps=False)
+        try:
+            self.model.learn(self.settings.rollout, log_interval=None, reset_num_timesteps=False)
+        except ValueError as error:
+            if not str(error).startswith("Expected parameter"):  # torch's words for a distribution that is none
+                raise
+            raise ValueError(
+                f"training diverged after {self.steps:,} steps: the actions are no finite numbers any more; "
+                f"allowed: a smaller {self.settings.algorithm}.learning_rate"
+            ) from error
         wall = perf_counter() - begun
         self.notes["seconds"] += wall
         self.notes["cpu_seconds"] += process_time() - busy
@@ -192,9 +212,13 @@ class Trainer:
 
     def _save(self) -> None:
         """Write the checkpoint, if there is anything new."""
-        if self.steps != self._saved:
-            self._saved = self.steps
+        if self._state_of_save() != self._saved:
+            self._saved = self._state_of_save()
             checkpoint.save(self.out / CHECKPOINT, self.settings, self.model, self.env, self.course, self.notes)
+
+    def _state_of_save(self) -> tuple[int, int]:
+        """What tells one save from the next: steps taken, and steps at the last evaluation."""
+        return self.steps, self.notes["evaluated"]
 
     def _words(self) -> str:
         """What the progress bar says."""

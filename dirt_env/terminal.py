@@ -21,6 +21,9 @@ def end(name: str, command: Callable[[], int], interrupted: str = "interrupted")
     except (ValueError, OSError, ImportError) as error:
         sys.stderr.write(f"{name}: error: {error}\n")
         return BAD_INPUT
+    except MemoryError as error:
+        sys.stderr.write(f"{name}: error: there is not enough memory: {error}\n")
+        return FAILED
     except KeyboardInterrupt:
         sys.stderr.write(f"{name}: {interrupted}\n")
         return INTERRUPTED

@@ -59,6 +59,17 @@ def test_run_writes_figures_replay_and_animation(tmp_path, capsys):
     assert [line.split()[0] for line in table[1:5]] == ["episode", "1", "2", "mean"]
 
 
+def test_two_policies_of_one_name_have_a_folder_each(tmp_path, monkeypatch):
+    shipped = next(Path(import_module("dirt_env.agents").__path__[0], "policies").glob("ppo.npz"))
+    (tmp_path / "ppo.npz").write_bytes(shipped.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    arguments = ["run", "--policy", "ppo.npz,ppo", "--steps", "2", "--no-replay", "--level", "0"]
+    assert main(arguments) == 0
+    [out] = (tmp_path / "runs").iterdir()
+    wrote = {path.parent.name: json.loads(path.read_text())["policy"] for path in out.rglob("summary.json")}
+    assert wrote == {"ppo": "ppo.npz", "ppo-2": "ppo"}
+
+
 def test_two_policies_are_written_side_by_side(tmp_path, capsys):
     arguments = ["run", "--policy", "random,idle", "--steps", "4", "--seed", "5", "--out", str(tmp_path)]
     assert main(arguments) == 0

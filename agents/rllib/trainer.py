@@ -54,7 +54,7 @@ class ClusterTrainer:
         self.algorithm: PPO = ppo_config(settings).build_algo()
         if fresh:
             _clear(self.out)
-            _agree(settings, self.out / SETTINGS)
+        write_atomically(self.out / SETTINGS, (json.dumps(settings.to_dict(), indent=2) + "\n").encode())
         self.steps = 0
         saved = sorted(self.out.glob("checkpoint-" + "[0-9]" * 12))
         if saved:
@@ -146,7 +146,7 @@ def _clear(out: Path) -> None:
 
 
 def _agree(settings: ClusterSettings, path: Path) -> None:
-    """Note the settings of a new run; ValueError if the folder holds one of others."""
+    """Raise ValueError that names what differs, if the folder holds a run of other settings."""
     wanted = json.loads(json.dumps(settings.to_dict()))
     found = json.loads(path.read_text()) if path.exists() else wanted
     differ = [name for name in wanted if name not in MAY_CHANGE and found.get(name) != wanted[name]]
@@ -154,7 +154,6 @@ def _agree(settings: ClusterSettings, path: Path) -> None:
         raise ValueError(
             f"{path.parent} holds a run with other {', '.join(differ)}; allowed: the same, or --fresh, or another --out"
         )
-    write_atomically(path, (json.dumps(wanted, indent=2) + "\n").encode())
 
 
 def ppo_config(settings: ClusterSettings) -> PPOConfig:

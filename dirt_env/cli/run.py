@@ -52,12 +52,15 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--policy is {options.policy!r}; allowed: one, or two different ones to see side by side")
     settings = options.seed, options.steps, overrides, not options.no_replay
     runs = [Run(options.scene, name, *settings) for name in names]
+    folders = [_as_folder(name) for name in names]
+    if len(set(folders)) < len(folders):  # as of mine/ppo.npz and ppo
+        folders[1] += "-2"
     level = [str(overrides["level"])] if "level" in overrides else []
-    out = options.out or Path("runs") / "-".join([Path(options.scene).stem, *level, *map(_as_folder, names)])
+    out = options.out or Path("runs") / "-".join([Path(options.scene).stem, *level, *folders])
     is_new, out = not out.exists(), writable(out)
     (out / SIDE_BY_SIDE).unlink(missing_ok=True)
-    for run in runs:
-        if status := _play(run, options.episodes, out if len(runs) == 1 else out / _as_folder(run.policy_name)):
+    for run, folder in zip(runs, folders, strict=True):
+        if status := _play(run, options.episodes, out if len(runs) == 1 else out / folder):
             if is_new and not any(out.iterdir()):
                 out.rmdir()
             return status

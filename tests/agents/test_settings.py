@@ -60,6 +60,20 @@ def test_overrides_are_laid_over_the_file():
             r"worlds.variants\[0\] has observation.noise True, and the scene as it is has False",
         ),
         ({"worlds": {"variants": {"soil": {}}}}, "worlds.variants is .*; allowed: an array of tables"),
+        (
+            {"worlds": {"variants": [{"observation": {"ahead": 0.9, "noise": {}}}]}},
+            r"worlds.variants\[0\].observation has ahead; allowed: noise alone",
+        ),
+        ({"worlds": {"variants": [{"scene": "dig"}]}}, r"worlds.variants\[0\].scene is 'dig'; allowed: worlds.scene"),
+        ({"worlds": {"set": {"scene": "dig"}}}, "worlds.set.scene is 'dig'; allowed: worlds.scene alone"),
+        ({"worlds": {"set": {"level": 1}}}, "worlds.set.level is 1; allowed: levels in .* alone"),
+        ({"worlds": {"threads": 10**6}}, "worlds.threads is 1000000; allowed: .* <= 512"),
+        ({"seed": 2**32}, "seed is 4294967296; allowed: a whole number >= 0 and <= 4.29497e"),
+        (
+            {"teacher": {"worlds": 2}},
+            "teacher.worlds is 2; allowed: at least 3, a world for each level of the last stage",
+        ),
+        ({"record": {"levels": [7]}}, r"levels in \[\[stage\]\] or \[record\] have 7: layout.level is 7; allowed"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
     ],
 )

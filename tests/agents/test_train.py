@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ pytest.importorskip("stable_baselines3")
 
 import torch
 from dirt_env.agents import checkpoint
+from dirt_env.agents.lock import alone_in
 from dirt_env.agents.train import main
 from dirt_env.agents.trainer import Trainer
 
@@ -161,6 +163,97 @@ def test_other_settings_are_refused_and_fresh_begins_anew(finished, tmp_path, ca
     said = capsys.readouterr().err
     assert "other settings: seed is 3 here and 0 there; ppo.gamma is 0.9 here and 0.99 there; allowed: the same" in said
     assert main([*other, "--fresh"]) == 0
+
+
+def test_fresh_lets_the_old_run_go_when_the_new_one_is_ready(finished, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    before = {path: path.read_bytes() for path in out.iterdir() if path.is_file()}
+    (tmp_path / "bad_teachers.py").write_text(
+        "import numpy as np\n"
+        "class Fails:\n"
+        "    sees = 'nothing'\n"
+        "    def __init__(self, config): pass\n"
+        "    def reset(self, seed=None): pass\n"
+        "    def act(self, observation): return nothing\n"
+        "class Short(Fails):\n"
+        "    def act(self, observation): return np.zeros(2)\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    teacher = ["--set", "teacher.worlds=2", "--set", "teacher.critic_steps=100", "--fresh", "--out", str(out)]
+    for name, complaint in (
+        ("Fails", "which failed: NameError: name 'nothing' is not defined (bad_teachers.py, line 6)"),
+        ("Short", "which gives actions of the shape (2,); allowed: (3,)"),
+    ):
+        assert main([*SHORT, "--set", f"teacher.policy=bad_teachers:{name}", *teacher]) == 2
+        assert f"train: error: teacher.policy is 'bad_teachers:{name}', {complaint}" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
+
+
+def test_two_runs_in_one_folder_are_refused(tmp_path, capsys):
+    with alone_in(tmp_path):
+        assert main([*SHORT, "--out", str(tmp_path)]) == 2
+    assert f"another run is at work in {tmp_path}; allowed: one at a time" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_that_has_changed_is_refused(tmp_path, monkeypatch, capsys):
+    np.save(tmp_path / "map.npy", np.zeros((64, 64)))
+    monkeypatch.chdir(tmp_path)
+    ground = 'worlds.set.ground={kind="file", path="map.npy", pixel=0.5}'
+    run = [
+        "--config",
+        str(SMOKE),
+        "--out",
+        "out",
+        "--set",
+        ground,
+        "--set",
+        "steps=256",
+        "--set",
+        "stage=[{levels=[0]}]",
+    ]
+    assert main([*run, "--set", "record.evaluate_every=256"]) == 0
+    capsys.readouterr()
+    np.save(tmp_path / "map.npy", np.full((64, 64), 0.01))
+    assert main([*run, "--set", "record.evaluate_every=256"]) == 2
+    assert f"is of a run in another scene: {tmp_path / 'map.npy'} has changed since; allowed" in capsys.readouterr().err
+
+
+def test_a_run_that_diverges_says_so_in_a_line(tmp_path, capsys):
+    assert main([*SHORT, "--out", str(tmp_path), "--set", "ppo.learning_rate=1e30"]) == 2
+    said = capsys.readouterr().err
+    assert "train: error: training diverged after " in said
+    assert said.endswith("there are weights that are no finite numbers; allowed: a smaller ppo.learning_rate\n")
+    assert "tensor" not in said.lower()
+
+
+def test_the_last_evaluation_is_saved_and_not_made_again(tmp_path, capsys):
+    run = ["--config", str(SMOKE), "--out", str(tmp_path), "--set", "steps=1024", "--set", "stage=[{levels=[0]}]"]
+    assert main([*run, "--set", "record.evaluate_every=768", "--set", "record.save_every=256"]) == 0
+    before = (tmp_path / "selection.csv").read_text()
+    assert main([*run, "--set", "record.evaluate_every=768", "--set", "record.save_every=256"]) == 0
+    assert (tmp_path / "selection.csv").read_text() == before
+
+
+def test_ctrl_c_in_the_last_update_leaves_the_last_evaluation_to_the_next_run(tmp_path, capsys, monkeypatch):
+    iterate = Trainer._iterate
+
+    def interrupted(trainer, logbook):
+        iterate(trainer, logbook)
+        if trainer.is_done:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    run = ["--config", str(SMOKE), "--out", str(tmp_path), "--set", "steps=1024", "--set", "stage=[{levels=[0]}]"]
+    run += ["--set", "record.evaluate_every=5000"]
+    with monkeypatch.context() as patched:
+        patched.setattr(Trainer, "_iterate", interrupted)
+        assert main(run) == 130
+    assert "the same command goes on from there" in capsys.readouterr().err
+    assert not (tmp_path / "policy.npz").exists()
+    assert main(run) == 0
+    assert (tmp_path / "policy.npz").is_file()
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,11 @@ from typing import Any
 from dirt_env.bench.evaluate import aggregate, pool
 from dirt_env.bench.evaluate.episode import LostWorkerError, PolicyFailureError, Trial
 from dirt_env.bench.evaluate.journal import RESULT, Journal
-from dirt_env.bench.evaluate.origin import code_digest, data_digests, origin
+from dirt_env.bench.evaluate.origin import code_digest, origin
 from dirt_env.bench.evaluate.plots import can_plot, write_plots
 from dirt_env.bench.evaluate.suite import Suite
 from dirt_env.bench.evaluate.summary import by_key, summarise
+from dirt_env.config.data import data_digests
 from dirt_env.policy import load_policy
 from dirt_env.progress import Progress
 from dirt_env.render.atomic import write_atomically

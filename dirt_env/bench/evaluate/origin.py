@@ -3,7 +3,7 @@
 import hashlib
 import os
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
@@ -26,17 +26,6 @@ def code_digest(policies: Sequence[str]) -> str:
         if (path := policy_file(name)) is not None:
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def data_digests(written: Any) -> dict[str, str]:
-    """A digest of each file that scenes, as plain values, name under a key `path`: height maps, designs, masks."""
-    found: dict[str, str] = {}
-    parts = written.values() if isinstance(written, Mapping) else written if isinstance(written, list) else ()
-    for part in parts:
-        found |= data_digests(part)
-    if isinstance(written, Mapping) and isinstance(path := written.get("path"), str):
-        found[path] = hashlib.sha256(Path(path).read_bytes()).hexdigest()[:16]
-    return found
 
 
 @lru_cache(maxsize=1)
