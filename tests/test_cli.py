@@ -13,7 +13,7 @@ from dirt_env.cli import main
 from dirt_env.cli.run import read_settings
 from dirt_env.config import load, scene_names
 from dirt_env.config.presets import KEYS, PRESETS
-from dirt_env.policy import load_policy, policy_names
+from dirt_env.policy import load_policy, policy_names, trained_file
 
 FIGURES = (
     "share_in_goal",
@@ -60,8 +60,7 @@ def test_run_writes_figures_replay_and_animation(tmp_path, capsys):
 
 
 def test_two_policies_of_one_name_have_a_folder_each(tmp_path, monkeypatch):
-    shipped = next(Path(import_module("dirt_env.agents").__path__[0], "policies").glob("ppo.npz"))
-    (tmp_path / "ppo.npz").write_bytes(shipped.read_bytes())
+    (tmp_path / "ppo.npz").write_bytes(trained_file("ppo").read_bytes())
     monkeypatch.chdir(tmp_path)
     arguments = ["run", "--policy", "ppo.npz,ppo", "--steps", "2", "--no-replay", "--level", "0"]
     assert main(arguments) == 0

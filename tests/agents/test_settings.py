@@ -71,7 +71,7 @@ def test_overrides_are_laid_over_the_file():
         ({"seed": 2**32}, "seed is 4294967296; allowed: a whole number >= 0 and <= 4.29497e"),
         (
             {"teacher": {"worlds": 2}},
-            "teacher.worlds is 2; allowed: at least 3, a world for each level of the last stage",
+            "teacher.worlds is 2; allowed: at least 3, a world for each level of the",
         ),
         ({"record": {"levels": [7]}}, r"levels in \[\[stage\]\] or \[record\] have 7: layout.level is 7; allowed"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),

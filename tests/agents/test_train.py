@@ -225,7 +225,7 @@ def test_a_run_that_diverges_says_so_in_a_line(tmp_path, capsys):
     assert main([*SHORT, "--out", str(tmp_path), "--set", "ppo.learning_rate=1e30"]) == 2
     said = capsys.readouterr().err
     assert "train: error: training diverged after " in said
-    assert said.endswith("there are weights that are no finite numbers; allowed: a smaller ppo.learning_rate\n")
+    assert said.endswith("the actions are no finite numbers any more; allowed: a smaller ppo.learning_rate\n")
     assert "tensor" not in said.lower()
 
 
