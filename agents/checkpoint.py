@@ -27,6 +27,8 @@ from .settings import Settings, flattened
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
+NEEDED = ("settings", "steps", "updates", "stage", "judged", "numpy", "notes")  # of the metadata
+KEPT = ("begins", "torch", "numpy")  # arrays, beside those that are kept under the names of what they belong to
 
 
 def versions() -> dict[str, str]:
@@ -83,7 +85,11 @@ def read(path: Path) -> Checkpoint:
     """What the file holds; raises ValueError where it is damaged or of another version."""
     try:
         arrays, metadata = unpacked(path, FORMAT)
-    except ValueError as error:
+        if missing := [name for name in NEEDED if name not in metadata] + [name for name in KEPT if name not in arrays]:
+            raise ValueError(f"it has no {' and no '.join(missing)}")
+        if not 0 <= metadata["stage"] < len(metadata["settings"]["stage"]):
+            raise ValueError(f"its stage is {metadata['stage']}, of {len(metadata['settings']['stage'])}")
+    except (ValueError, TypeError, KeyError) as error:
         raise ValueError(f"checkpoint {path} is damaged: {error}; allowed: --fresh, or another --out") from error
     return Checkpoint(metadata, arrays)
 

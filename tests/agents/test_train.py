@@ -16,6 +16,7 @@ pytest.importorskip("stable_baselines3")
 
 import torch
 from dirt_env.agents import checkpoint
+from dirt_env.agents.archive import packed, unpacked
 from dirt_env.agents.lock import alone_in
 from dirt_env.agents.train import main
 from dirt_env.agents.trainer import Trainer
@@ -279,6 +280,22 @@ def test_a_checkpoint_cut_off_anywhere_is_said_to_be_damaged(finished, tmp_path)
         path.write_bytes(whole[:length])
         with pytest.raises(ValueError, match=r"is damaged: .*allowed: --fresh"):
             Trainer(smoke(), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda arrays, metadata: arrays.pop("begins"), "it has no begins"),
+        (lambda arrays, metadata: metadata.pop("notes"), "it has no notes"),
+        (lambda arrays, metadata: metadata.update(stage=7), "its stage is 7, of 2"),
+    ],
+)
+def test_a_checkpoint_that_lacks_something_is_said_to_be_damaged(change, complaint, finished, tmp_path):
+    arrays, metadata = unpacked(finished / "checkpoint.npz", checkpoint.FORMAT)
+    change(arrays, metadata)
+    (tmp_path / "checkpoint.npz").write_bytes(packed(arrays, metadata))
+    with pytest.raises(ValueError, match=f"is damaged: {complaint}; allowed: --fresh"):
+        checkpoint.read(tmp_path / "checkpoint.npz")
 
 
 def test_a_save_that_fails_leaves_the_old_checkpoint(finished, tmp_path, monkeypatch):

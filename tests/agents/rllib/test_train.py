@@ -40,6 +40,15 @@ def runners(wanted, after=0):
     return lambda row: float(row["runners"]) == wanted and float(row["steps"]) > after * STEPS
 
 
+def test_a_start_that_fails_leaves_nothing_behind(tmp_path):
+    pytest.importorskip("ray.rllib")
+    command = [*TRAIN, "--address", "1.2.3", "--out", str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 2
+    assert "--address is '1.2.3'" in done.stderr
+    assert list((tmp_path / "out").iterdir()) == []
+
+
 @pytest.mark.slow
 def test_a_lost_machine_does_not_end_the_run(tmp_path):
     """A runner on each node; one node is killed and the run goes on; a machine that joins gets its runner."""
