@@ -139,7 +139,7 @@ def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:
                 raise ValueError(
                     f"start[{index}].volume is {start.volume[1]:g} m3, a heap that at repose reaches "
                     f"{cone_radius(start.volume[1], setting.slope):.2f} m from ({source[0]:.2f}, {source[1]:.2f}); "
-                    f"allowed: at most {most:.2f} m3 in its region"
+                    f"allowed: at most {most:.2f} m3 in its region{_steepness(ground, setting)}"
                 )
     if isinstance(pose, tuple):
         poses.check(setting, (pose[0], pose[1], radians(pose[2])), plan.solid, "machine.pose")
@@ -155,6 +155,14 @@ def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:
         poses.check(setting, layout.pose, plan.solid, 'machine.pose "behind"')
     if plan.goal.any():
         _warn_if_full(plan, layout)
+
+
+def _steepness(ground: np.ndarray, setting: Setting) -> str:
+    """Words about ground[rows, cols] m on which no soil stays; none where it is not steeper than repose."""
+    steepest = max(float(np.abs(np.diff(ground, axis=axis)).max(initial=0.0)) for axis in (0, 1)) / setting.grid.cell
+    if steepest <= setting.slope:
+        return ""
+    return f"; the ground has slopes of up to {steepest:.3g}, repose is {setting.slope:.3g}: are its heights in metres?"
 
 
 def make_ground(ground: Ground, setting: Setting, rng: np.random.Generator) -> tuple[np.ndarray, float]:

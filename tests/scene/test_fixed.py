@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from dirt_env.config import load
 from dirt_env.scene import fixed
 from dirt_env.scene.design import Design
 from dirt_env.scene.fixed import Goal, Hollow, Start
@@ -149,6 +150,21 @@ def test_a_design_of_another_place_is_refused(tmp_path):
     lay_out(goals=(), ground=ground, design=Design(region, path=str(tmp_path / "near.asc")))
     with pytest.raises(ValueError, match=r"corner at \(500008, 100\) m; allowed: the ground's \(500000, 100\) m"):
         lay_out(goals=(), ground=ground, design=Design(region, path=str(tmp_path / "far.asc")))
+
+
+def test_heights_in_other_units_are_asked_about(tmp_path):
+    millimetres = 10.0 * np.arange(64.0) + np.zeros((64, 1))
+    np.save(tmp_path / "map.npy", millimetres)
+    region = {"kind": "circle", "center": [9.0, 16.0], "radius": 3.0}
+    scene = {
+        "ground": {"kind": "file", "path": str(tmp_path / "map.npy"), "pixel": 0.5},
+        "start": [{"region": region, "volume": 5.0}],
+        "goal": [{"region": {**region, "center": [21.0, 16.0]}}],
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(ValueError, match=r"; the ground has slopes of up to .*: are its heights in metres"):
+            load(scene)
 
 
 def test_obstacles_have_their_cells():
