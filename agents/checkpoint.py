@@ -4,7 +4,6 @@ Weights, optimisers, the buffer of SAC, running statistics, random generators, w
 counters; with the settings, versions and seed. A .npz without pickles, so that reading one runs no code.
 """
 
-import hashlib
 import json
 import platform
 from collections.abc import Mapping
@@ -17,7 +16,6 @@ import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
 from dirt_env import __version__
-from dirt_env.config.data import data_digests
 from dirt_env.render.atomic import write_atomically
 
 from .algorithms import Model, under
@@ -59,7 +57,7 @@ def save(path: Path, settings: Settings, model: Model, env: VecNormalize, course
         "seed": settings.seed,
         "steps": model.num_timesteps,
         "updates": model._n_updates,
-        "scene": scene_of(course),
+        "scene": course.scene,
         "stage": course.number,
         "judged": state.pop("judged"),
         "numpy": {**generator, "state": {"pos": generator["state"]["pos"]}},
@@ -108,15 +106,9 @@ def agree(found: Checkpoint, settings: Settings, path: Path) -> None:
         )
 
 
-def scene_of(course: Course) -> dict[str, str]:
-    """Digests of what the worlds' scenes say, and of each data file that they name, by name."""
-    scenes = [config.to_dict() for config in dict.fromkeys(env.config for env in course.native.envs)]
-    return {"the scene": hashlib.sha256(json.dumps(scenes).encode()).hexdigest()[:16], **data_digests(scenes)}
-
-
 def agree_on_scene(found: Checkpoint, course: Course, path: Path) -> None:
     """Raise ValueError that names what has changed, if the scene or a file that it names is another one by now."""
-    here = scene_of(course)
+    here = course.scene
     there = found.metadata.get("scene", here)  # files from before it was kept do not say
     if changed := [name for name in {**here, **there} if here.get(name) != there.get(name)]:
         raise ValueError(

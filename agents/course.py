@@ -1,5 +1,7 @@
 """The training worlds: a stage of the curriculum at a time, on training layouts only."""
 
+import hashlib
+import json
 from collections import deque
 from collections.abc import Sequence
 from time import perf_counter
@@ -10,8 +12,10 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from dirt_env.config import load
+from dirt_env.config.data import data_digests
 from dirt_env.config.loading import merge
 from dirt_env.split import training_seeds
+from dirt_env.vector import DirtPushVectorEnv
 
 from .frames import STACKED, Frames
 from .mirror import Mirror
@@ -42,6 +46,7 @@ class Course(DirtPushVecEnv):
         """Make the worlds of stage `number`."""
         self.settings, self.number = settings, number
         super().__init__(settings.worlds.count, info="end", **worlds_of(settings, self.stage))
+        self.scene = _digests(self.native)
         self.frames = Frames(settings.worlds.frames)
         self.mirror = Mirror(settings.worlds.mirror)
         self.observation_space = _stacked(self.observation_space, settings.worlds.frames)
@@ -103,6 +108,7 @@ class Course(DirtPushVecEnv):
         self.number += 1
         self.native.close()
         self.native = DirtPushVecEnv(self.num_envs, info="end", **worlds_of(self.settings, self.stage)).native
+        self.scene = _digests(self.native)
         self.returns[:] = 0.0
         self._judged = self._blank_sheets()
         self.seed()
@@ -148,6 +154,12 @@ def worlds_of(settings: Settings, stage: Stage) -> dict[str, Any]:
         "threads": worlds.threads,
         **worlds.set,
     }
+
+
+def _digests(native: DirtPushVectorEnv) -> dict[str, str]:
+    """Digests of what the worlds' scenes say, and of each data file that they name, by name."""
+    scenes = [config.to_dict() for config in dict.fromkeys(env.config for env in native.envs)]
+    return {"the scene": hashlib.sha256(json.dumps(scenes).encode()).hexdigest()[:16], **data_digests(scenes)}
 
 
 def _stacked(space: spaces.Dict, frames: int) -> spaces.Dict:

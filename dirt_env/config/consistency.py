@@ -7,6 +7,7 @@ import numpy as np
 
 from dirt_env.config.episode import layout, parts, plan
 from dirt_env.config.scene import SceneConfig
+from dirt_env.config.tables import READING
 from dirt_env.config.terrain import HeightField
 from dirt_env.scene import fixed, vary
 from dirt_env.scene.design import Design
@@ -22,8 +23,6 @@ from dirt_env.sim.timestep import STRIDE
 MOST_CELLS = 2**24
 MOST_SUBSTEPS = 10_000  # of one control step; a second or so of computing
 SECONDS_PER_M3 = 20.0  # a fair machine's pace, for jobs that name no time
-
-READING = ("first_row", "array", "band", "nodata_value", "scale", "offset")  # keys of a design that say how its file is
 
 
 def check(config: SceneConfig) -> None:

@@ -111,8 +111,14 @@ TIME = Number(1e-3, 1e9, "s")
 HEIGHT = Number(unit="m")
 DEGREES = Number(unit="degrees")
 SEED = Number(0, whole=True)
-FROM_ONE = Number(1, whole=True)
-FIRST_ROW = Choice(("north", "south"))
+READING = {  # keys that say how a file of heights is read
+    "first_row": Choice(("north", "south")),
+    "array": Text(),
+    "band": Number(1, whole=True),
+    "nodata_value": Number(),
+    "scale": Number(0, unit="m", above=True),
+    "offset": HEIGHT,
+}
 SHARE = Number(0, 1, above=True)
 WEIGHT = Number(-1e9, 1e9)
 
@@ -151,13 +157,8 @@ GROUND = Kinds(
                 "path": FilePath(),
                 "crop": Vector(4),
                 "nodata": Choice(("wall", "fill")),
-                "nodata_value": Number(),
-                "scale": Number(0, unit="m", above=True),
-                "offset": HEIGHT,
-                "first_row": FIRST_ROW,
                 "pixel": METRES,
-                "array": Text(),
-                "band": FROM_ONE,
+                **READING,
             },
             ("path",),
         ),
@@ -226,12 +227,7 @@ DESIGN = Table(
         "slope": Vector(2, Number()),
         "layer": METRES,
         "path": FilePath(),
-        "first_row": FIRST_ROW,
-        "array": Text(),
-        "band": FROM_ONE,
-        "nodata_value": Number(),
-        "scale": Number(0, unit="m", above=True),
-        "offset": HEIGHT,
+        **READING,
         "tolerance": METRES,
     },
     ("region",),

@@ -11,7 +11,7 @@ import numpy as np
 from dirt_env.scene import pose as poses
 from dirt_env.scene.design import Design
 from dirt_env.scene.distance import distance_inside
-from dirt_env.scene.ground import Flat, Mounds, Ridge, Rough
+from dirt_env.scene.ground import Flat, Mounds, Ridge, Rough, face_slopes
 from dirt_env.scene.heaps import capacity, cone_radius, heap, heap_limit, layer
 from dirt_env.scene.layout import Layout, Setting, soil_above
 from dirt_env.scene.obstacles import Obstacle, solid_cells
@@ -159,7 +159,7 @@ def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:
 
 def _steepness(ground: np.ndarray, setting: Setting) -> str:
     """Words about ground[rows, cols] m on which no soil stays; none where it is not steeper than repose."""
-    steepest = max(float(np.abs(np.diff(ground, axis=axis)).max(initial=0.0)) for axis in (0, 1)) / setting.grid.cell
+    steepest = float(face_slopes(ground, setting.grid.cell).max(initial=0.0))
     if steepest <= setting.slope:
         return ""
     return f"; the ground has slopes of up to {steepest:.3g}, repose is {setting.slope:.3g}: are its heights in metres?"

@@ -26,8 +26,9 @@ class Side {
     const episode = await this.decoded.get(number);
     this.episode = episode;
     this.end = episode.times[episode.frames - 1];
-    this.main = episode.names[mainFigure(episode.names)];
-    this.curve = episode.stats[mainFigure(episode.names)];
+    const main = mainFigure(episode.names);
+    this.main = episode.names[main];
+    this.curve = episode.stats[main];
     this.camera = new Camera([episode.cols * episode.cell, episode.rows * episode.cell]);
     this.renderer.setEpisode(episode);
     this.list.replaceChildren();
