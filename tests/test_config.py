@@ -319,6 +319,12 @@ def test_broken_toml_is_named(tmp_path):
         load(tmp_path / "x.toml")
 
 
+def test_a_file_that_is_no_scene_is_named(tmp_path):
+    (tmp_path / "x.toml").write_text("[ppo]\nn_steps = 3")
+    with pytest.raises(ValueError, match=r"x.toml: ppo is not known; known: name, "):
+        load(tmp_path / "x.toml")
+
+
 def keys(rule: Rule, name: str):
     """Table and key of everything a scene may say."""
     if isinstance(rule, Many):

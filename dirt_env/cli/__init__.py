@@ -18,8 +18,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status. Bad input is one line on stderr and status 2."""
     forgive(sys.stdout)
     options = _parser().parse_args(arguments)
+    said = set()
+
+    def show(message, *_) -> None:
+        if str(message) not in said:
+            said.add(str(message))
+            sys.stderr.write(f"dirt-push: warning: {message}\n")
+
     with warnings.catch_warnings():
-        warnings.showwarning = lambda message, *_: sys.stderr.write(f"dirt-push: warning: {message}\n")
+        warnings.showwarning = show
         return end("dirt-push", lambda: options.command(options))
 
 

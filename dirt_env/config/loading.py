@@ -114,9 +114,14 @@ def _written(scene: str | Path | Mapping[str, Any]) -> tuple[str, Path, Mapping[
             f"scene {path} is no file; allowed: the path of a .toml file, or one of {', '.join(scene_names())}"
         )
     try:
-        return path.stem, path.resolve().parent, tomllib.loads(path.read_text(encoding="utf-8"))
+        written = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"scene {path} is no TOML: {error}") from None
+    try:
+        known_keys(written, "", dict.fromkeys(TOP_LEVEL))
+    except ValueError as error:
+        raise ValueError(f"scene {path}: {error}") from None
+    return path.stem, path.resolve().parent, written
 
 
 def _check_taken_out(overrides: Mapping[str, Any], rules: Mapping[str, Rule | None], key: str = "") -> None:

@@ -129,7 +129,9 @@ def lay_out(plan: Plan, pose: tuple[float, float, float] | str, rng: np.random.G
 
 
 def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:
-    """Errors for a heap that leaves its region or a machine without room; a warning for a goal that is too small."""
+    """Errors for a heap that leaves its region or a machine without room; a warning for a goal that is too small, or a
+    design that asks for more soil than there is.
+    """
     setting, grid = plan.setting, plan.setting.grid
     for index, (start, region, source) in enumerate(zip(plan.starts, plan.regions, plan.sources, strict=True)):
         if start.volume:
@@ -155,6 +157,8 @@ def check(plan: Plan, pose: tuple[float, float, float] | str) -> None:
         poses.check(setting, layout.pose, plan.solid, 'machine.pose "behind"')
     if plan.goal.any():
         _warn_if_full(plan, layout)
+    if layout.design is not None:
+        _warn_if_short(plan, layout)
 
 
 def _steepness(ground: np.ndarray, setting: Setting) -> str:
@@ -244,5 +248,17 @@ def _warn_if_full(plan: Plan, layout: Layout) -> None:
         warnings.warn(
             f"the goal holds {room + fill:.1f} m3 at repose, but there are {layout.soil:.1f} m3 to move; "
             "make the goal larger or the soil less",
+            stacklevel=6,
+        )
+
+
+def _warn_if_short(plan: Plan, layout: Layout) -> None:
+    """Warns if a design takes more than twice the soil there is to move: it may be too high, or in other units."""
+    asked = layout.design if layout.solid is None else layout.design & ~layout.solid
+    fill = float(np.maximum(layout.target - layout.height, 0.0)[asked].sum() * plan.setting.grid.cell**2)
+    if fill > 2.0 * layout.soil:
+        warnings.warn(
+            f"the design takes {fill:.1f} m3 of fill, but there are {layout.soil:.1f} m3 to move: the rest has to be "
+            "dug out beside it, or the design is too high",
             stacklevel=6,
         )

@@ -248,6 +248,16 @@ def test_what_does_not_fit_is_said(start, pose, rest, said):
             fixed.check(plan_, pose)
 
 
+def test_a_design_that_takes_far_more_soil_than_there_is_warns_with_both_volumes():
+    scene = {"start": [{"region": {"kind": "circle", "center": [8, 8], "radius": 3}, "volume": 5.0}]}
+    pad = {"kind": "rectangle", "center": [20, 20], "size": [8, 8]}  # 64 m2
+    with pytest.warns(UserWarning, match=r"the design takes 19.2 m3 of fill, but there are 5.0 m3 to move"):
+        load(**scene, design={"region": pad, "height": 0.3})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load(**scene, design={"region": pad, "height": 0.15})
+
+
 def test_a_good_scene_warns_of_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

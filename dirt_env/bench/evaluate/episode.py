@@ -1,7 +1,9 @@
 """One episode of an evaluation, and what is measured in it. The same trial gives the same record, wherever it runs."""
 
 import json
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -121,12 +123,22 @@ def record_of(found: Answer) -> dict[str, Any]:
 
 @lru_cache(maxsize=_KEPT)
 def _config(task: str) -> SceneConfig:
-    return Task(**json.loads(task)).config()
+    with _warned():
+        return Task(**json.loads(task)).config()
 
 
 @lru_cache(maxsize=_KEPT)
 def _env(scene: str, overrides: str) -> DirtPushEnv:
-    return DirtPushEnv(scene=scene, **json.loads(overrides))
+    with _warned():
+        return DirtPushEnv(scene=scene, **json.loads(overrides))
+
+
+@contextmanager
+def _warned() -> Iterator[None]:
+    """What there is to warn of in a scene was said once, when the evaluation was made."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        yield
 
 
 def _progress(config: SceneConfig, share: np.ndarray, lack: np.ndarray) -> np.ndarray:

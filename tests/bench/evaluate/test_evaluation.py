@@ -86,6 +86,28 @@ def test_the_table_names_job_policy_and_pairs(finished, capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_what_a_scene_warns_of_is_said_once(tmp_path, capfd, workers):
+    np.save(tmp_path / "step.npy", np.repeat([[0.0], [4.0]], 32, axis=0).repeat(64, axis=1))
+    (tmp_path / "steep.toml").write_text("""
+        [ground]
+        kind = "file"
+        path = "step.npy"
+        pixel = 0.5
+        [[start]]
+        region = { kind = "circle", center = [20.0, 6.0], radius = 2.0 }
+        volume = 4
+        [[goal]]
+        region = { kind = "circle", center = [10.0, 6.0], radius = 3.0 }
+        """)
+    (tmp_path / "one.toml").write_text('[[job]]\nscene = "steep.toml"')
+    command = ["evaluate", "--suite", str(tmp_path / "one.toml"), "--policies", "idle,random", "--layouts", "2"]
+    assert main([*command, "--steps", "2", "--workers", workers, "--out", str(tmp_path / "out")]) == 0
+    warned = capfd.readouterr().err
+    assert warned.count("the ground is steeper than its soil's repose") == 1, warned
+
+
+@pytest.mark.slow
 def test_two_workers_give_the_same_bytes(finished, tmp_path):
     assert main(["evaluate", *SMALL, "--workers", "2", "--out", str(tmp_path)]) == 0
     assert figures(tmp_path) == figures(finished)
