@@ -52,7 +52,7 @@ def test_overrides_are_laid_over_the_file():
         ({"worlds": {"scene": "heep"}}, "^scene is 'heep'"),
         ({"record": {"layouts": 3000}}, "record.layouts is 3000; allowed: .* <= 2000"),
         ({"worlds": {"count": 9000}}, "worlds.count is 9000; allowed: .* <= 8000"),
-        ({"worlds": {"count": 3, "variants": [{}, {}]}, "ppo": {"batch_size": 96}}, r"worlds.count is 3; .* least 6"),
+        ({"worlds": {"count": 3, "variants": [{}, {}]}, "ppo": {"batch_size": 96}}, r"worlds.count is 3; .* least 10"),
         ({"worlds": {"variants": [{}, {"soil": {"repos": 30}}]}}, r"worlds.variants\[1\]: soil.repos is not known"),
         ({"worlds": {"variants": [{"level": 2}]}}, r"worlds.variants\[0\].level is 2; allowed: levels in .* alone"),
         (
@@ -71,7 +71,7 @@ def test_overrides_are_laid_over_the_file():
         ({"seed": 2**32}, "seed is 4294967296; allowed: a whole number >= 0 and <= 4.29497e"),
         (
             {"teacher": {"worlds": 2}},
-            "teacher.worlds is 2; allowed: at least 3, a world for each level of the",
+            "teacher.worlds is 2; allowed: at least 5, a world for each level of the",
         ),
         ({"record": {"levels": [7]}}, r"levels in \[\[stage\]\] or \[record\] have 7: layout.level is 7; allowed"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
