@@ -262,5 +262,4 @@ def _warn_if_done(config: SceneConfig, trial: Layout) -> None:
 
 def _grade_error(trial: Layout) -> float:
     """Root mean square of height minus design, m."""
-    asked = trial.design if trial.solid is None else trial.design & ~trial.solid
-    return float(np.sqrt(np.square(trial.height - trial.target)[asked].mean()))
+    return float(np.sqrt(np.square(trial.height - trial.target)[trial.design].mean()))

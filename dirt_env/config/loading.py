@@ -115,10 +115,9 @@ def _written(scene: str | Path | Mapping[str, Any]) -> tuple[str, Path, Mapping[
         )
     try:
         written = tomllib.loads(path.read_text(encoding="utf-8"))
+        known_keys(written, "", dict.fromkeys(TOP_LEVEL))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"scene {path} is no TOML: {error}") from None
-    try:
-        known_keys(written, "", dict.fromkeys(TOP_LEVEL))
     except ValueError as error:
         raise ValueError(f"scene {path}: {error}") from None
     return path.stem, path.resolve().parent, written

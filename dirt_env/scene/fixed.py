@@ -241,8 +241,7 @@ def _pose(plan: Plan, pose, height, target, rng: np.random.Generator) -> tuple[f
 
 def _warn_if_full(plan: Plan, layout: Layout) -> None:
     """Warns if the soil does not fit into the goals and the design's hollows."""
-    cell = plan.setting.grid.cell
-    fill = float(np.maximum(layout.target - layout.height, 0.0)[~plan.goal].sum() * cell**2)
+    fill = _fill(plan, layout)
     room = capacity(plan.goal, plan.setting.grid, plan.setting.slope, plan.solid)
     if layout.soil > room + fill:
         warnings.warn(
@@ -254,11 +253,15 @@ def _warn_if_full(plan: Plan, layout: Layout) -> None:
 
 def _warn_if_short(plan: Plan, layout: Layout) -> None:
     """Warns if a design takes more than twice the soil there is to move: it may be too high, or in other units."""
-    asked = layout.design if layout.solid is None else layout.design & ~layout.solid
-    fill = float(np.maximum(layout.target - layout.height, 0.0)[asked].sum() * plan.setting.grid.cell**2)
+    fill = _fill(plan, layout)
     if fill > 2.0 * layout.soil:
         warnings.warn(
             f"the design takes {fill:.1f} m3 of fill, but there are {layout.soil:.1f} m3 to move: the rest has to be "
             "dug out beside it, or the design is too high",
             stacklevel=6,
         )
+
+
+def _fill(plan: Plan, layout: Layout) -> float:
+    """What the ground takes up to its target outside the goals, m3: what the target has above the ground."""
+    return soil_above(layout.target, layout.height, plan.goal, plan.setting.grid.cell)

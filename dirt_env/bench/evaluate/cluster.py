@@ -63,12 +63,12 @@ def play_there(trial: Trial, folder: str, expected: dict[str, Any]) -> Answer:
     try:
         found = fingerprint(expected["policies"])
     except (ValueError, ImportError) as error:
-        return None, (type(error).__name__, f"on {platform.node()}: {error}")
+        return Answer(error=(type(error).__name__, f"on {platform.node()}: {error}"))
     differ = [name for name in expected if found[name] != expected[name]]
     if differ:
         first = differ[0]
         words = f"{platform.node()} has {first} {found[first]}; allowed: {expected[first]}, as where it was begun"
-        return None, ("ValueError", words)
+        return Answer(error=("ValueError", words))
     return answer(trial)
 
 

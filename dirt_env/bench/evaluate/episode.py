@@ -2,8 +2,7 @@
 
 import json
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -51,7 +50,12 @@ class Trial(NamedTuple):
         return self.policy, self.task.job, self.task.level, self.layout
 
 
-Answer = tuple[dict[str, Any] | None, tuple[str, str] | None]
+class Answer(NamedTuple):
+    """What another process says of a trial: its record, or the error's kind and words; and what it was warned of."""
+
+    record: dict[str, Any] | None = None
+    error: tuple[str, str] | None = None
+    warned: tuple[str, ...] = ()
 
 
 class LostWorkerError(RuntimeError):
@@ -106,39 +110,33 @@ def run_trial(trial: Trial) -> dict[str, Any]:
 
 def answer(trial: Trial) -> Answer:
     """What `run_trial` returns or raises, in a form that survives the way to another process."""
-    try:
-        return run_trial(trial), None
-    except (PolicyFailureError, ValueError, ImportError) as error:
-        return None, (type(error).__name__, str(error))
+    record = error = None
+    with warnings.catch_warnings(record=True) as caught:
+        try:
+            record = run_trial(trial)
+        except (PolicyFailureError, ValueError, ImportError) as failure:
+            error = type(failure).__name__, str(failure)
+    return Answer(record, error, tuple(dict.fromkeys(str(warning.message) for warning in caught)))
 
 
 def record_of(found: Answer) -> dict[str, Any]:
-    """The record of an answer; raises what `run_trial` raised."""
-    record, error = found
-    if error is not None:
-        kind, words = error
+    """The record of an answer; warns of what `run_trial` warned of, and raises what it raised."""
+    for words in found.warned:
+        warnings.warn(words, stacklevel=2)
+    if found.error is not None:
+        kind, words = found.error
         raise {"ValueError": ValueError, "ImportError": ImportError}.get(kind, PolicyFailureError)(words)
-    return record
+    return found.record
 
 
 @lru_cache(maxsize=_KEPT)
 def _config(task: str) -> SceneConfig:
-    with _warned():
-        return Task(**json.loads(task)).config()
+    return Task(**json.loads(task)).config()
 
 
 @lru_cache(maxsize=_KEPT)
 def _env(scene: str, overrides: str) -> DirtPushEnv:
-    with _warned():
-        return DirtPushEnv(scene=scene, **json.loads(overrides))
-
-
-@contextmanager
-def _warned() -> Iterator[None]:
-    """What there is to warn of in a scene was said once, when the evaluation was made."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        yield
+    return DirtPushEnv(scene=scene, **json.loads(overrides))
 
 
 def _progress(config: SceneConfig, share: np.ndarray, lack: np.ndarray) -> np.ndarray:

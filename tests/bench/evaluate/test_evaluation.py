@@ -99,12 +99,17 @@ def test_what_a_scene_warns_of_is_said_once(tmp_path, capfd, workers):
         volume = 4
         [[goal]]
         region = { kind = "circle", center = [10.0, 6.0], radius = 3.0 }
+        [[obstacle]]
+        kind = "post"
+        center = [28.0, 3.0]
         """)
     (tmp_path / "one.toml").write_text('[[job]]\nscene = "steep.toml"')
-    command = ["evaluate", "--suite", str(tmp_path / "one.toml"), "--policies", "idle,random", "--layouts", "2"]
+    command = ["evaluate", "--suite", str(tmp_path / "one.toml"), "--policies", "idle,ppo", "--layouts", "2"]
     assert main([*command, "--steps", "2", "--workers", workers, "--out", str(tmp_path / "out")]) == 0
     warned = capfd.readouterr().err
     assert warned.count("the ground is steeper than its soil's repose") == 1, warned
+    assert warned.count("can have obstacles, and policy ppo does not see them") == 1, warned
+    assert "UserWarning" not in warned
 
 
 @pytest.mark.slow
