@@ -11,9 +11,9 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from dirt_env.config import SceneConfig
 
+from .buffers import Replay, Rollout
 from .extractor import PatchPoseOverview
 from .frames import channel_places
-from .replay import Replay
 from .settings import Settings
 
 OWN = ("final_rate", "log_std_init", "log_std_final", "memory")  # what of a table is no argument of the algorithm
@@ -115,7 +115,9 @@ def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Mo
         first, final = settings.ppo.learning_rate, settings.ppo.final_rate
         same["learning_rate"] = lambda left: first * (left + final * (1.0 - left))  # falls evenly over the run
         shape["log_std_init"] = settings.ppo.log_std_init
-        model: Model = LongPPO("MultiInputPolicy", env, **same, **common, policy_kwargs=shape)
+        shape["optimizer_kwargs"] = {"eps": 1e-5, "fused": True}  # in one pass over the weights
+        options = {"rollout_buffer_class": Rollout, "policy_kwargs": shape}
+        model: Model = LongPPO("MultiInputPolicy", env, **same, **common, **options)
     else:
         options = {"replay_buffer_class": Replay, "policy_kwargs": shape}
         model = LongSAC("MultiInputPolicy", env, **same, **common, **options)

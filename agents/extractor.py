@@ -6,6 +6,7 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
+from torch.nn import functional
 
 from .layers import append_roots, convolutions_over, root_overview
 from .settings import OVERVIEW_GAIN, Network
@@ -35,7 +36,12 @@ class PatchPoseOverview(BaseFeaturesExtractor):
         if self.roots:
             patch = append_roots(patch, self.roots)
             overview = None if overview is None else root_overview(overview)
-        seen = [self.convolutions(patch), observations["pose"]]
+        if torch.is_grad_enabled():
+            patch = patch.contiguous(memory_format=torch.channels_last)  # quicker backward, slower forward
+        seen = self.convolutions(patch)
+        beside = observations["pose"]
         if overview is not None:
-            seen.append(OVERVIEW_GAIN * overview.flatten(1))
-        return torch.tanh(self.dense(torch.cat(seen, dim=1)))
+            beside = torch.cat([beside, OVERVIEW_GAIN * overview.flatten(1)], dim=1)
+        of_patch, of_rest = self.dense.weight.split([seen.shape[1], beside.shape[1]], dim=1)
+        rest = functional.linear(beside, of_rest, self.dense.bias)  # by itself: what is observed needs no gradient
+        return torch.tanh(torch.addmm(rest, seen, of_patch.T))

@@ -6,7 +6,10 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 import torch
+from dirt_env.agents.extractor import PatchPoseOverview
+from dirt_env.agents.settings import LEAST_LEFT, OVERVIEW_GAIN, ROOT_GAIN, Network
 from dirt_env.agents.trainer import Trainer
+from gymnasium import spaces
 
 from .conftest import smoke
 
@@ -49,3 +52,37 @@ def test_an_update_moves_the_convolutions(trainer):
     trainer.model.learn(trainer.settings.rollout, reset_num_timesteps=False)
     after = trainer.model.policy.features_extractor.convolutions.parameters()
     assert all(not torch.equal(one, other) for one, other in zip(before, after, strict=True))
+
+
+def plainly(extractor, observations):
+    """What the extractor is to give, in the order in which its documentation says it."""
+    patch, pose, overview = (observations[name] for name in ("patch", "pose", "overview"))
+    todo = patch[:, 1:2]
+    image = torch.cat([patch, todo.sign() * todo.abs().sqrt()], dim=1)
+    for layer in extractor.convolutions:
+        if isinstance(layer, torch.nn.Conv2d):
+            image = torch.relu(layer(image))
+    soil = overview[:, :1]
+    share = soil / soil.sum(dim=(2, 3), keepdim=True).clamp(min=LEAST_LEFT)
+    squares = OVERVIEW_GAIN * torch.cat([ROOT_GAIN * share.sqrt(), overview[:, 1:]], dim=1)
+    return torch.tanh(extractor.dense(torch.cat([image.flatten(1), pose, squares.flatten(1)], dim=1)))
+
+
+def test_features_and_gradients_are_those_of_the_plain_order():
+    shapes = {"patch": (2, 12, 12), "pose": (15,), "overview": (2, 12, 12)}
+    space = spaces.Dict({name: spaces.Box(-1.0, 1.0, shape) for name, shape in shapes.items()})
+    torch.manual_seed(0)
+    extractor = PatchPoseOverview(space, Network(filters=(4, 8), kernels=(4, 3), strides=(2, 2), features=7), (1,))
+    observations = {name: torch.rand(5, *shape) for name, shape in shapes.items()}
+    observations["patch"][:, 1, :6] = 0.0
+    expected = plainly(extractor, observations)
+    torch.testing.assert_close(extractor(observations), expected)
+    with torch.no_grad():
+        torch.testing.assert_close(extractor(observations), expected)
+    weights = torch.rand(5, 7)
+    gradients = [
+        torch.autograd.grad((features * weights).sum(), list(extractor.parameters()))
+        for features in (extractor(observations), expected)
+    ]
+    for one, other in zip(*gradients, strict=True):
+        torch.testing.assert_close(one, other)

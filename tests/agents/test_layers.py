@@ -15,7 +15,7 @@ from torch import nn
 def test_convolutions_are_those_of_the_settings_and_their_width_is_what_they_give():
     network = Network(filters=(4, 8), kernels=(3, 2), strides=(2, 1))
     convolutions, width = convolutions_over((2, 9, 9), network)
-    assert [type(layer) for layer in convolutions] == [nn.Conv2d, nn.ReLU, nn.Conv2d, nn.ReLU, nn.Flatten]
+    assert [type(layer) for layer in convolutions] == [nn.Conv2d, nn.ReLU, nn.Conv2d, nn.Flatten, nn.ReLU]
     assert [(layer.out_channels, layer.kernel_size[0], layer.stride[0]) for layer in convolutions[:3:2]] == [
         (4, 3, 2),
         (8, 2, 1),

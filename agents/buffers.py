@@ -1,11 +1,24 @@
-"""What SAC remembers: the last steps of all worlds, what is large of them as f2."""
+"""What PPO and SAC learn from: the steps of a rollout, and the last ones of all worlds, what is large of them as f2."""
 
 import numpy as np
 import torch
 from gymnasium import spaces
-from stable_baselines3.common.buffers import DictReplayBuffer
+from stable_baselines3.common.buffers import DictReplayBuffer, DictRolloutBuffer
 
 LARGE = ("patch", "overview")
+
+
+class Rollout(DictRolloutBuffer):
+    """The buffer of stable-baselines3 without its copies: drawn in random order, the steps can stay as they lie."""
+
+    @staticmethod
+    def swap_and_flatten(arr: np.ndarray) -> np.ndarray:
+        """[steps, worlds, ...] as [steps worlds, ...]: a view."""
+        return arr.reshape(arr.shape[0] * arr.shape[1], *(arr.shape[2:] or (1,)))
+
+    def to_torch(self, array: np.ndarray, copy: bool = True) -> torch.Tensor:
+        """The array, which was drawn for this alone, without a copy unless it goes to another device."""
+        return super().to_torch(array, copy=False)
 
 
 class Replay(DictReplayBuffer):
