@@ -14,6 +14,7 @@ from dirt_env.config import SceneConfig
 from .buffers import Replay, Rollout
 from .extractor import PatchPoseOverview
 from .frames import channel_places
+from .layers import Tanh
 from .settings import Settings
 
 OWN = ("final_rate", "log_std_init", "log_std_final", "memory")  # what of a table is no argument of the algorithm
@@ -107,7 +108,7 @@ def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Mo
         "features_extractor_class": PatchPoseOverview,
         "features_extractor_kwargs": {"network": network, "roots": roots},
         "net_arch": list(network.hidden),
-        "activation_fn": torch.nn.Tanh,
+        "activation_fn": Tanh,
         "normalize_images": False,
     }
     common = {"seed": settings.seed, "device": settings.device}

@@ -8,7 +8,7 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 from torch.nn import functional
 
-from .layers import append_roots, convolutions_over, root_overview
+from .layers import QuickTanh, append_roots, convolutions_over, root_overview
 from .settings import OVERVIEW_GAIN, Network
 
 
@@ -44,4 +44,4 @@ class PatchPoseOverview(BaseFeaturesExtractor):
             beside = torch.cat([beside, OVERVIEW_GAIN * overview.flatten(1)], dim=1)
         of_patch, of_rest = self.dense.weight.split([seen.shape[1], beside.shape[1]], dim=1)
         rest = functional.linear(beside, of_rest, self.dense.bias)  # by itself: what is observed needs no gradient
-        return torch.tanh(torch.addmm(rest, seen, of_patch.T))
+        return QuickTanh.apply(torch.addmm(rest, seen, of_patch.T))

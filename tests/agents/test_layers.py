@@ -53,3 +53,11 @@ def test_square_roots_are_those_of_numpy():
     np.testing.assert_allclose(layers.root_overview(torch.from_numpy(overview)).numpy(), expected, rtol=1e-5)
     assert np.isfinite(expected).all()
     np.testing.assert_allclose((4.0 * expected[[0, 3], 0] ** 2).sum(axis=(1, 2)), 1.0, rtol=1e-5)
+
+
+def test_quick_tanh_has_the_values_and_the_gradient_of_tanh():
+    values = torch.linspace(-30.0, 30.0, 2001, requires_grad=True)
+    results = [tanh(values) for tanh in (layers.Tanh(), torch.tanh)]
+    torch.testing.assert_close(*results, rtol=0.0, atol=3e-7)
+    gradients = [torch.autograd.grad((result * torch.arange(2001.0)).sum(), values)[0] for result in results]
+    torch.testing.assert_close(*gradients, rtol=0.0, atol=2e-3)
