@@ -15,9 +15,16 @@ from .buffers import Replay, Rollout
 from .extractor import PatchPoseOverview
 from .frames import channel_places
 from .layers import Tanh
+from .optimiser import MuonAndAdam
 from .settings import Settings
 
-OWN = ("final_rate", "log_std_init", "log_std_final", "memory")  # what of a table is no argument of the algorithm
+OWN = (
+    "optimizer",
+    "final_rate",
+    "log_std_init",
+    "log_std_final",
+    "memory",
+)  # what of a table is no argument of the algorithm
 
 
 class WholeRun:
@@ -56,8 +63,11 @@ class LongPPO(WholeRun, PPO):
     """PPO for a whole run."""
 
     def optimisers(self) -> dict[str, torch.optim.Optimizer]:
-        """That of actor and critic together."""
-        return {"optimizer": self.policy.optimizer}
+        """That of actor and critic together, or its two parts."""
+        optimiser = self.policy.optimizer
+        if isinstance(optimiser, MuonAndAdam):
+            return {"muon": optimiser.muon, "adam": optimiser.adam}
+        return {"optimizer": optimiser}
 
 
 class LongSAC(WholeRun, SAC):
@@ -117,6 +127,8 @@ def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Mo
         same["learning_rate"] = lambda left: first * (left + final * (1.0 - left))  # falls evenly over the run
         shape["log_std_init"] = settings.ppo.log_std_init
         shape["optimizer_kwargs"] = {"eps": 1e-5, "fused": True}  # in one pass over the weights
+        if settings.ppo.optimizer == "muon":
+            shape["optimizer_class"] = MuonAndAdam
         options = {"rollout_buffer_class": Rollout, "policy_kwargs": shape}
         model: Model = LongPPO("MultiInputPolicy", env, **same, **common, **options)
     else:

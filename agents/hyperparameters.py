@@ -14,12 +14,14 @@ AUTO = Choice(("auto",))
 class Ppo:
     """Hyperparameters of PPO under the names of stable-baselines3; `final_rate` is a share of `learning_rate`.
 
-    With a `log_std_final` the logarithm of the actions' deviation is not learned but falls evenly to that.
+    With a `log_std_final` the logarithm of the actions' deviation is not learned but falls evenly to that. `optimizer`
+    "muon" takes Muon for the matrices of dense layers, and Adam for the rest (agents/optimiser.py).
     """
 
     n_steps: int = 32
     batch_size: int = 2048
     n_epochs: int = 4
+    optimizer: str = "adam"
     learning_rate: float = 5e-4
     final_rate: float = 0.1
     gamma: float = 0.99
@@ -70,6 +72,7 @@ PPO = Table(
         "n_steps": FROM_ONE,
         "batch_size": Number(2, whole=True),
         "n_epochs": FROM_ONE,
+        "optimizer": Choice(("adam", "muon")),
         "learning_rate": POSITIVE,
         "final_rate": SHARE,
         "gamma": SHARE,

@@ -18,6 +18,7 @@ LEAST_LEFT = 1e-3  # of all soil: so much counts as left at least, that roots of
 SINCE = {
     "algorithm": "ppo",
     "network.roots": False,
+    "ppo.optimizer": "adam",
     "worlds.frames": 1,
     "worlds.mirror": False,
     "worlds.variants": [],

@@ -1,0 +1,42 @@
+"""Muon for the matrices of dense layers and Adam for all else, as one optimiser.
+
+Jordan and others, "Muon: An optimizer for hidden layers in neural networks" (2024): a step is the running mean of the
+gradient with all its singular values made equal, so that what is rarely seen is learned as quickly as what is common.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import torch
+
+LEAST = 8  # rows and columns of a matrix that Muon takes; what gives the few actions or the value is left to Adam
+
+
+class MuonAndAdam:
+    """What algorithms of stable-baselines3 do with an optimiser, done with both; they share the learning rate.
+
+    Muon's steps are scaled to be about as large as Adam's with the same learning rate. `adam`: options of Adam.
+    """
+
+    def __init__(self, parameters: Iterable[torch.nn.Parameter], lr: float, **adam: Any) -> None:
+        """Deal out the parameters."""
+        parts: dict[bool, list[torch.nn.Parameter]] = {False: [], True: []}
+        for one in parameters:
+            parts[one.ndim == 2 and min(one.shape) >= LEAST].append(one)
+        self.muon = torch.optim.Muon(parts[True], lr, weight_decay=0.0, adjust_lr_fn="match_rms_adamw")
+        self.adam = torch.optim.Adam(parts[False], lr, **adam)
+
+    @property
+    def param_groups(self) -> list[dict[str, Any]]:
+        """Where the learning rate is set; taking up a state makes new ones."""
+        return self.muon.param_groups + self.adam.param_groups
+
+    def zero_grad(self) -> None:
+        """Forget the gradients."""
+        self.muon.zero_grad()
+        self.adam.zero_grad()
+
+    def step(self) -> None:
+        """One step of each."""
+        self.muon.step()
+        self.adam.step()

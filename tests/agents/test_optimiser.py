@@ -1,0 +1,73 @@
+"""Muon for matrices and Adam for the rest: who takes what, how large their steps are, and that a run goes on."""
+
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+import torch
+from dirt_env.agents.optimiser import MuonAndAdam
+from dirt_env.agents.trainer import Trainer
+from torch import nn
+
+from .conftest import smoke
+
+
+def stepped(layer, lr):
+    """Weight and bias after a step with a gradient whose singular values differ by 1000."""
+    torch.manual_seed(1)
+    left, right = torch.linalg.qr(torch.randn(16, 16))[0], torch.linalg.qr(torch.randn(16, 16))[0]
+    optimiser = MuonAndAdam(layer.parameters(), 1.0, eps=1e-5)
+    for group in optimiser.param_groups:
+        group["lr"] = lr
+    optimiser.zero_grad()
+    layer.weight.grad = left @ torch.diag(torch.logspace(-3, 0, 16)) @ right
+    layer.bias.grad = torch.linspace(-1.0, 1.0, 16)
+    before = [one.detach().clone() for one in (layer.weight, layer.bias)]
+    optimiser.step()
+    return [(new - old).detach() / lr for new, old in zip((layer.weight, layer.bias), before, strict=True)]
+
+
+@pytest.mark.parametrize("lr", [1e-3, 1e-2])
+def test_muon_moves_a_matrix_in_all_directions_alike_and_adam_a_vector(lr):
+    weight, bias = stepped(nn.Linear(16, 16), lr)
+    values = torch.linalg.svdvals(weight) / (0.2 * 16**0.5)
+    assert values[:12].min() > 0.5  # those of the gradient fall to 0.006 there; the last few take more steps to come up
+    assert values.max() < 1.5
+    torch.testing.assert_close(bias.abs(), torch.ones(16), rtol=1e-2, atol=1e-2)
+
+
+def test_the_setting_takes_muon_for_all_hidden_matrices_and_adam_for_the_rest(tmp_path):
+    trainer = Trainer(smoke(ppo={"optimizer": "muon"}), tmp_path)
+    found, policy = trainer.model.optimisers(), trainer.model.policy
+    taken = [one.shape for one in found["muon"].param_groups[0]["params"]]
+    assert taken == [one.shape for one in policy.parameters() if one.ndim == 2 and min(one.shape) > 3]
+    assert len(taken) >= 3
+    rest = found["adam"].param_groups[0]["params"]
+    assert len(taken) + len(rest) == len(list(policy.parameters()))
+    trainer.close()
+
+
+@pytest.mark.slow
+def test_a_run_with_muon_goes_on_to_the_same_bits(tmp_path):
+    settings = smoke(steps=1024, ppo={"optimizer": "muon"}, stage=[{"levels": [0]}], record={"save_every": 512})
+    whole = Trainer(settings, tmp_path / "whole")
+    assert whole.run() is None
+    whole.close()
+    broken = Trainer(settings, tmp_path / "broken")
+    learn = broken.model.learn
+
+    def fail(*arguments, **options):
+        if broken.steps >= 768:
+            raise KeyboardInterrupt
+        return learn(*arguments, **options)
+
+    broken.model.learn = fail
+    with pytest.raises(KeyboardInterrupt):
+        broken.run()
+    broken.close()
+    again = Trainer(settings, tmp_path / "broken")
+    assert again.steps == 512
+    assert again.run() is None
+    again.close()
+    first, second = ((tmp_path / name / "policy.npz").read_bytes() for name in ("whole", "broken"))
+    assert first == second
