@@ -18,13 +18,8 @@ from .layers import Tanh
 from .optimiser import MuonAndAdam
 from .settings import Settings
 
-OWN = (
-    "optimizer",
-    "final_rate",
-    "log_std_init",
-    "log_std_final",
-    "memory",
-)  # what of a table is no argument of the algorithm
+# What of a table is no argument of the algorithm.
+OWN = ("optimizer", "final_rate", "log_std_init", "log_std_final", "memory")
 
 
 class WholeRun:

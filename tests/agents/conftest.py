@@ -44,6 +44,36 @@ def weights(generator=None, drive=(0.0, 0.0, 0.0)):
     return arrays
 
 
+def broken_and_gone_on(settings, folder, broken_at, saved_at):
+    """Hold a run that breaks off at `broken_at` steps and goes on from `saved_at` to the policy of one that does not.
+
+    They are left in the folder's `broken` and `whole`.
+    """
+    from dirt_env.agents.trainer import Trainer
+
+    whole = Trainer(settings, folder / "whole")
+    assert whole.run() is None
+    whole.close()
+    broken = Trainer(settings, folder / "broken")
+    learn = broken.model.learn
+
+    def fail(*arguments, **options):
+        if broken.steps >= broken_at:
+            raise RuntimeError("killed")
+        return learn(*arguments, **options)
+
+    broken.model.learn = fail
+    with pytest.raises(RuntimeError, match="killed"):
+        broken.run()
+    broken.close()
+    again = Trainer(settings, folder / "broken")
+    assert again.steps == saved_at
+    assert again.run() is None
+    again.close()
+    first, second = ((folder / name / "policy.npz").read_bytes() for name in ("whole", "broken"))
+    assert first == second
+
+
 @pytest.fixture
 def pusher(tmp_path):
     """The file of a policy that drives straight on with its blade at grade."""

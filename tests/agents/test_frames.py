@@ -11,7 +11,7 @@ from dirt_env.bench.evaluate.suite import Task
 from dirt_env.config import load as load_scene
 from dirt_env.split import layouts
 
-from .conftest import METADATA, smoke, weights
+from .conftest import METADATA, broken_and_gone_on, smoke, weights
 
 COUNT = 3
 TWO = {**METADATA, "frames": 2}
@@ -161,30 +161,8 @@ class TestTraining:
 
     @pytest.mark.slow
     def test_a_run_goes_on_to_the_same_bits(self, tmp_path):
-        from dirt_env.agents.trainer import Trainer
-
         settings = smoke(steps=1024, worlds={"frames": 2}, stage=[{"levels": [0]}], record={"save_every": 512})
-        whole = Trainer(settings, tmp_path / "whole")
-        assert whole.run() is None
-        whole.close()
-        broken = Trainer(settings, tmp_path / "broken")
-        learn = broken.model.learn
-
-        def fail(*arguments, **options):
-            if broken.steps >= 768:
-                raise KeyboardInterrupt
-            return learn(*arguments, **options)
-
-        broken.model.learn = fail
-        with pytest.raises(KeyboardInterrupt):
-            broken.run()
-        broken.close()
-        again = Trainer(settings, tmp_path / "broken")
-        assert again.steps == 512
-        assert again.run() is None
-        again.close()
-        first, second = ((tmp_path / name / "policy.npz").read_bytes() for name in ("whole", "broken"))
-        assert first == second
+        broken_and_gone_on(settings, tmp_path, broken_at=768, saved_at=512)
         assert load(tmp_path / "broken" / "policy.npz", load_scene()).metadata["frames"] == 2
 
 

@@ -9,7 +9,7 @@ from dirt_env.agents.optimiser import MuonAndAdam
 from dirt_env.agents.trainer import Trainer
 from torch import nn
 
-from .conftest import smoke
+from .conftest import broken_and_gone_on, smoke
 
 
 def stepped(layer, lr):
@@ -50,24 +50,4 @@ def test_the_setting_takes_muon_for_all_hidden_matrices_and_adam_for_the_rest(tm
 @pytest.mark.slow
 def test_a_run_with_muon_goes_on_to_the_same_bits(tmp_path):
     settings = smoke(steps=1024, ppo={"optimizer": "muon"}, stage=[{"levels": [0]}], record={"save_every": 512})
-    whole = Trainer(settings, tmp_path / "whole")
-    assert whole.run() is None
-    whole.close()
-    broken = Trainer(settings, tmp_path / "broken")
-    learn = broken.model.learn
-
-    def fail(*arguments, **options):
-        if broken.steps >= 768:
-            raise KeyboardInterrupt
-        return learn(*arguments, **options)
-
-    broken.model.learn = fail
-    with pytest.raises(KeyboardInterrupt):
-        broken.run()
-    broken.close()
-    again = Trainer(settings, tmp_path / "broken")
-    assert again.steps == 512
-    assert again.run() is None
-    again.close()
-    first, second = ((tmp_path / name / "policy.npz").read_bytes() for name in ("whole", "broken"))
-    assert first == second
+    broken_and_gone_on(settings, tmp_path, broken_at=768, saved_at=512)

@@ -14,7 +14,7 @@ from dirt_env.agents.trainer import Trainer
 
 from dirt_env.config import load as load_scene
 
-from .conftest import smoke
+from .conftest import broken_and_gone_on, smoke
 
 SAC = {"buffer_size": 512, "learning_starts": 128, "batch_size": 32, "train_freq": 4, "gradient_steps": 2}
 RUN = {"steps": 1024, "stage": [{"levels": [0]}], "record": {"evaluate_every": 1024, "save_every": 256}}
@@ -103,31 +103,13 @@ def test_an_unknown_squash_is_refused(trainer):
 def test_a_run_goes_on_to_the_same_bits(broken_at, entropy, tmp_path):
     """Broken off among the random first actions, and when the buffer is full and overwritten."""
     settings = sac({"ent_coef": entropy}, record={**RUN["record"], "save_every": 64})
-    whole = Trainer(settings, tmp_path / "whole")
-    before = [value.clone() for value in whole.model.policy.actor.parameters()]
-    assert whole.run() is None
-    after = list(whole.model.policy.actor.parameters())
+    broken_and_gone_on(settings, tmp_path, broken_at, saved_at=broken_at)
+    trainers = [Trainer(settings, tmp_path / name) for name in ("begun", "whole")]  # the latter as it ended
+    before, after = (list(trainer.model.policy.actor.parameters()) for trainer in trainers)
     moved = sum(not torch.equal(one, other) for one, other in zip(before, after, strict=True))
     assert moved == len(before)
-    whole.close()
-    broken = Trainer(settings, tmp_path / "broken")
-    learn = broken.model.learn
-
-    def fail(*arguments, **options):
-        if broken.steps >= broken_at:
-            raise RuntimeError("killed")
-        return learn(*arguments, **options)
-
-    broken.model.learn = fail
-    with pytest.raises(RuntimeError, match="killed"):
-        broken.run()
-    broken.close()
-    again = Trainer(settings, tmp_path / "broken")
-    assert again.steps == broken_at
-    assert again.run() is None
-    again.close()
-    first, second = ((tmp_path / name / "policy.npz").read_bytes() for name in ("whole", "broken"))
-    assert first == second
+    for trainer in trainers:
+        trainer.close()
     ends = [checkpoint.read(tmp_path / name / "checkpoint.npz").arrays for name in ("whole", "broken")]
     assert ends[0].keys() == ends[1].keys()
     assert all(np.array_equal(array, ends[1][name]) for name, array in ends[0].items())
