@@ -1,4 +1,4 @@
-"""What PPO and SAC learn from: the steps of a rollout, and the last ones of all worlds, what is large of them as f2."""
+"""What is learned from: of PPO the steps of a rollout; of SAC the last ones of all worlds, what is large as f2."""
 
 import numpy as np
 import torch

@@ -25,7 +25,7 @@ from .settings import Settings, flattened
 
 FORMAT = "dirt-push checkpoint 1"
 RUNNING = ("mean", "var", "count")
-NEEDED = ("settings", "steps", "updates", "stage", "judged", "numpy", "notes")  # of the metadata
+NEEDED = ("settings", "versions", "steps", "updates", "stage", "judged", "numpy", "notes")  # of the metadata
 KEPT = ("begins", "torch", "numpy")  # arrays, beside those that are kept under the names of what they belong to
 
 
@@ -44,6 +44,11 @@ class Checkpoint(NamedTuple):
 
     metadata: dict[str, Any]
     arrays: dict[str, np.ndarray]
+
+    def other_versions(self) -> list[str]:
+        """What has another version here than where the file was written, as `torch 2.13.0 (2.12.0 there)`."""
+        here, there = versions(), self.metadata["versions"]
+        return [f"{name} {here[name]} ({there.get(name)} there)" for name in here if here[name] != there.get(name)]
 
 
 def save(path: Path, settings: Settings, model: Model, env: VecNormalize, course: Course, notes: Mapping) -> None:

@@ -9,7 +9,7 @@ from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
 from dirt_env.variety import check_alike
 
-from .hyperparameters import Sac
+from .hyperparameters import MUON_FROM, Sac
 from .settings import Network, Settings, Stage, Teacher, overrides_of
 
 
@@ -20,11 +20,13 @@ def check(settings: Settings) -> None:
         raise ValueError(
             f"ppo.batch_size is {ppo.batch_size}; allowed: what divides worlds.count x ppo.n_steps = {settings.rollout}"
         )
+    if ppo is not None and ppo.optimizer == "muon" and settings.network.features < MUON_FROM:
+        raise ValueError(
+            f'network.features is {settings.network.features} with ppo.optimizer "muon"; allowed: at least {MUON_FROM}'
+        )
     _check_stages(settings)
-    played = [*settings.stages, settings.record]
-    levels = {level for one in played for level in one.levels or (None,)}
     _check_scene_keys(settings)
-    configs = {level: _scene_at(settings, level) for level in sorted(levels, key=str)}
+    configs = _scenes(settings)
     for config in configs.values():
         if config.observation.map:
             raise ValueError("worlds.set.observation.map is True; allowed: False, with patch, pose and overview")
@@ -57,14 +59,22 @@ def _check_scene_keys(settings: Settings) -> None:
             )
 
 
-def _scene_at(settings: Settings, level: int | None) -> SceneConfig:
-    """The scene at a level of a stage or of the record."""
-    try:
-        return load(settings.worlds.scene, **overrides_of(settings, level))
-    except ValueError as error:
-        if not str(error).startswith(("level ", "layout.level ")):
-            raise
-        raise ValueError(f"levels in [[stage]] or [record] have {level}: {error}") from error
+def _scenes(settings: Settings) -> dict[int | None, SceneConfig]:
+    """The scene at each level of the stages and the record; ValueError that names the table of a level it lacks."""
+    tables = {f"stage[{number}].levels": stage.levels for number, stage in enumerate(settings.stages)}
+    found: dict[int | None, SceneConfig] = {}
+    for key, levels in {**tables, "record.levels": settings.record.levels}.items():
+        for level in levels or (None,):
+            if level in found:
+                continue
+            try:
+                found[level] = load(settings.worlds.scene, **overrides_of(settings, level))
+            except ValueError as error:
+                if level is None or not str(error).startswith(("level ", "layout.level ")):
+                    raise
+                none = "--set record.levels=[]" if key == "record.levels" else "--set 'stage=[{}]'"
+                raise ValueError(f"{key} has {level}: {error}, or no levels ({none})") from error
+    return found
 
 
 def _check_sac(settings: Settings, sac: Sac, size: int) -> None:

@@ -1,21 +1,25 @@
-"""The hyperparameters of each algorithm, under the names of stable-baselines3, with their defaults and ranges."""
+"""The hyperparameters of each algorithm, with their defaults and ranges; those of stable-baselines3 by its names."""
 
 from dataclasses import dataclass
 
 from dirt_env.config.rules import Choice, Either, Number, Table
 
+MUON_FROM = 8  # rows and columns of a matrix that Muon takes; what gives the few actions or the value is left to Adam
+
 FROM_ONE = Number(1, whole=True)
 POSITIVE = Number(0, above=True)
+RATE = Number(0, 1, above=True)
 SHARE = Number(0, 1)
 AUTO = Choice(("auto",))
 
 
 @dataclass(frozen=True)
 class Ppo:
-    """Hyperparameters of PPO under the names of stable-baselines3; `final_rate` is a share of `learning_rate`.
+    """Hyperparameters of PPO: those of stable-baselines3, and three more.
 
-    With a `log_std_final` the logarithm of the actions' deviation is not learned but falls evenly to that. `optimizer`
-    "muon" takes Muon for the matrices of dense layers, and Adam for the rest (agents/optimiser.py).
+    `final_rate` is a share of `learning_rate`. With a `log_std_final` the logarithm of the actions' deviation is not
+    learned but falls evenly to that. `optimizer` "muon" takes Muon for the matrices of dense layers, and Adam for the
+    rest (agents/optimiser.py).
     """
 
     n_steps: int = 32
@@ -42,10 +46,10 @@ class Ppo:
 
 @dataclass(frozen=True)
 class Sac:
-    """Hyperparameters of SAC under the names of stable-baselines3.
+    """Hyperparameters of SAC: those of stable-baselines3, and `memory`, what the buffer may take, in GB.
 
     Every `train_freq` steps of each world there are `gradient_steps` updates, each from `batch_size` steps out of the
-    last `buffer_size`; steps are those of all worlds together. `memory` is what the buffer may take, in GB.
+    last `buffer_size`; steps are those of all worlds together.
     """
 
     buffer_size: int = 150_000
@@ -73,7 +77,7 @@ PPO = Table(
         "batch_size": Number(2, whole=True),
         "n_epochs": FROM_ONE,
         "optimizer": Choice(("adam", "muon")),
-        "learning_rate": POSITIVE,
+        "learning_rate": RATE,
         "final_rate": SHARE,
         "gamma": SHARE,
         "gae_lambda": SHARE,
@@ -94,7 +98,7 @@ SAC = Table(
         "batch_size": Number(2, whole=True),
         "train_freq": FROM_ONE,
         "gradient_steps": FROM_ONE,
-        "learning_rate": POSITIVE,
+        "learning_rate": RATE,
         "gamma": SHARE,
         "tau": Number(0, 1, above=True),
         "ent_coef": Either(AUTO, Number(0), "a number >= 0"),

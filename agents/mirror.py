@@ -17,7 +17,7 @@ STEERING = ACTIONS.index("steering")
 class Mirror:
     """Turns over what is seen of a world where the goal lies to the right, as if in a mirror, and the steering back.
 
-    A network that only sees worlds with the goal ahead or to the left has half as much to learn. Training and the
+    A network that sees all goals on its left has half as much to learn. Training and the
     trained policy both turn by this class. With `on` False observations and actions are passed on as they are.
     """
 
@@ -44,7 +44,7 @@ class Mirror:
         return {name: array[0] for name, array in batch.items()}
 
     def steer(self, actions: np.ndarray) -> np.ndarray:
-        """Actions [n, 3] for the worlds as they are, of those for the worlds as `show` has shown them; or back."""
+        """Actions [n, 3] with the steering turned over in the worlds that `show` has turned over; its own inverse."""
         if not self.on:
             return actions
         result = np.array(actions)

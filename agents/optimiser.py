@@ -9,26 +9,27 @@ from typing import Any
 
 import torch
 
-LEAST = 8  # rows and columns of a matrix that Muon takes; what gives the few actions or the value is left to Adam
+from .hyperparameters import MUON_FROM
 
 
 class MuonAndAdam:
-    """What algorithms of stable-baselines3 do with an optimiser, done with both; they share the learning rate.
+    """Both optimisers as the one that an update of stable-baselines3's PPO asks for; its own `save` needs more.
 
-    Muon's steps are scaled to be about as large as Adam's with the same learning rate. `adam`: options of Adam.
+    Muon takes matrices of MUON_FROM rows and columns or more. Its steps are scaled to be about as large as Adam's with
+    the same learning rate, however long the gradients are. `adam`: options of Adam.
     """
 
     def __init__(self, parameters: Iterable[torch.nn.Parameter], lr: float, **adam: Any) -> None:
         """Deal out the parameters."""
         parts: dict[bool, list[torch.nn.Parameter]] = {False: [], True: []}
         for one in parameters:
-            parts[one.ndim == 2 and min(one.shape) >= LEAST].append(one)
+            parts[one.ndim == 2 and min(one.shape) >= MUON_FROM].append(one)
         self.muon = torch.optim.Muon(parts[True], lr, weight_decay=0.0, adjust_lr_fn="match_rms_adamw")
         self.adam = torch.optim.Adam(parts[False], lr, **adam)
 
     @property
     def param_groups(self) -> list[dict[str, Any]]:
-        """Where the learning rate is set; taking up a state makes new ones."""
+        """Where the learning rate is set. Asked for anew each time: `load_state_dict` of either makes new groups."""
         return self.muon.param_groups + self.adam.param_groups
 
     def zero_grad(self) -> None:

@@ -9,7 +9,7 @@ from dirt_env.config.rules import Choice, FilePath, Flag, Many, Number, Rule, Ta
 from dirt_env.split import SELECTION
 from dirt_env.split import TRAINING as TRAINING_LAYOUTS
 
-from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, SHARE, Ppo, Sac
+from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, RATE, SHARE, Ppo, Sac
 
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
 ROOT_GAIN = 0.5  # of square roots of shares in the overview, before that
@@ -229,7 +229,7 @@ TRAINING = Table(
                 "noise": Number(0, 1),
                 "epochs": FROM_ONE,
                 "batch_size": FROM_ONE,
-                "learning_rate": POSITIVE,
+                "learning_rate": RATE,
                 "critic_steps": Number(0, whole=True),
             },
         ),

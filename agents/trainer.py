@@ -68,6 +68,7 @@ class Trainer:
             "scores": [],
         }
         self.resumed = found is not None
+        self.other_versions = [] if found is None else found.other_versions()
         if found is None:
             self.model.begin_episodes(self.env)
         else:
@@ -94,7 +95,7 @@ class Trainer:
         ValueError where a teacher fails, and where training diverges.
         """
         progress = Progress(self.settings.steps)
-        logbook = None if self._fresh else self._open_logbook()
+        logbook = self._open_logbook() if self.resumed else None
         with caught_signals() as stopped:
             try:
                 begins = not self.resumed and bool(self.settings.teacher.policy)
@@ -103,7 +104,7 @@ class Trainer:
                 if logbook is None:
                     _clear(self.out)
                     logbook = self._open_logbook()
-                if begins:
+                if not self.resumed:
                     self._save()
                 while not (self.is_done or stopped):
                     judged = self.notes["evaluated"]
@@ -154,10 +155,9 @@ class Trainer:
         except ValueError as error:
             if not str(error).startswith("Expected parameter"):  # torch's words for a distribution that is none
                 raise
-            raise ValueError(
-                f"training diverged after {self.steps:,} steps: the actions are no finite numbers any more; "
-                f"allowed: a smaller {self.settings.algorithm}.learning_rate"
-            ) from error
+            raise self._diverged() from error
+        if not all(torch.isfinite(one).all() for one in self.model.policy.parameters()):
+            raise self._diverged()
         wall = perf_counter() - begun
         self.notes["seconds"] += wall
         self.notes["cpu_seconds"] += process_time() - busy
@@ -179,6 +179,12 @@ class Trainer:
             self.model.begin_episodes(self.env)
         if self._is_due(record.save_every):
             self._save()
+
+    def _diverged(self) -> ValueError:
+        return ValueError(
+            f"training diverged after {self.steps:,} steps: the actions are no finite numbers any more; "
+            f"allowed: a smaller {self.settings.algorithm}.learning_rate"
+        )
 
     def _guide(self, ppo: Ppo) -> None:
         """Let what is to learn by now learn, and the actions' deviation be what it is to be, unless it is learned."""

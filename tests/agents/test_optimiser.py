@@ -5,6 +5,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 import torch
+from dirt_env.agents.hyperparameters import MUON_FROM
 from dirt_env.agents.optimiser import MuonAndAdam
 from dirt_env.agents.trainer import Trainer
 from torch import nn
@@ -34,6 +35,42 @@ def test_muon_moves_a_matrix_in_all_directions_alike_and_adam_a_vector(lr):
     assert values[:12].min() > 0.5  # those of the gradient fall to 0.006 there; the last few take more steps to come up
     assert values.max() < 1.5
     torch.testing.assert_close(bias.abs(), torch.ones(16), rtol=1e-2, atol=1e-2)
+
+
+def test_steps_are_those_of_the_two_written_out():
+    """Muon with momentum 0.95 (Nesterov's) and no decay, scaled by 0.2 sqrt(larger side); Adam with the given eps."""
+    torch.manual_seed(2)
+    wide, narrow = nn.Parameter(torch.randn(MUON_FROM, 20)), nn.Parameter(torch.randn(MUON_FROM - 1, 20))
+    optimiser = MuonAndAdam([wide, narrow], 0.01, eps=0.5)
+    plain = narrow.detach().clone().requires_grad_()
+    adam = torch.optim.Adam([plain], 0.01, eps=0.5)
+    expected, mean = wide.detach().clone().double(), torch.zeros_like(wide)
+    for _ in range(3):
+        optimiser.zero_grad()
+        assert wide.grad is None
+        assert narrow.grad is None
+        wide.grad, narrow.grad = torch.randn(wide.shape), torch.randn(narrow.shape)
+        plain.grad = narrow.grad.clone()
+        mean = 0.95 * mean + 0.05 * wide.grad
+        expected -= 0.01 * 0.2 * 20**0.5 * orthogonal(0.05 * wide.grad + 0.95 * mean)
+        optimiser.step()
+        adam.step()
+    torch.testing.assert_close(wide.double(), expected, rtol=0.0, atol=2e-4)  # torch works in bfloat16
+    assert torch.equal(narrow, plain)
+
+
+def orthogonal(matrix):
+    """Five steps of the quintic iteration of Jordan and others, which brings all singular values near 1."""
+    x = matrix.double() / matrix.double().norm()
+    for _ in range(5):
+        gram = x @ x.T
+        x = 3.4445 * x + (-4.7750 * gram + 2.0315 * gram @ gram) @ x
+    return x
+
+
+def test_a_network_without_a_matrix_for_muon_is_refused():
+    with pytest.raises(ValueError, match=r'network\.features is 7 with ppo\.optimizer "muon"; allowed: at least 8'):
+        smoke(ppo={"optimizer": "muon"}, network={"features": 7})
 
 
 def test_the_setting_takes_muon_for_all_hidden_matrices_and_adam_for_the_rest(tmp_path):

@@ -157,6 +157,32 @@ def test_a_finished_run_is_left_as_it_is(finished, capsys):
     assert {name: (finished / name).read_bytes() for name in RESULTS} == before
 
 
+def test_going_on_with_other_versions_is_said(finished, tmp_path, capsys):
+    arrays, metadata = unpacked(finished / "checkpoint.npz", checkpoint.FORMAT)
+    here = metadata["versions"]["torch"]
+    metadata["versions"]["torch"] = "1.0"
+    (tmp_path / "checkpoint.npz").write_bytes(packed(arrays, metadata))
+    assert main([*SHORT, "--out", str(tmp_path)]) == 0
+    said = f"train: with torch {here} (1.0 there), so not to the same last bit as if it had never stopped\n"
+    assert said in capsys.readouterr().err
+    assert main([*SHORT, "--out", str(finished)]) == 0
+    assert "last bit" not in capsys.readouterr().err
+
+
+def test_levels_of_a_scene_that_has_none_are_refused_table_by_table(tmp_path, capsys):
+    site = tmp_path / "site.toml"
+    site.write_text(
+        'start = [{region = {kind = "circle", center = [8.0, 12.0], radius = 2.0}, volume = 5.0}]\n'
+        'goal = [{region = {kind = "circle", center = [24.0, 12.0], radius = 3.0}}]\n'
+    )
+    run = ["--config", str(SMOKE), "--out", str(tmp_path / "out"), "--set", f"worlds.scene={site}"]
+    assert main(run) == 2
+    assert "or no levels (--set 'stage=[{}]')" in capsys.readouterr().err
+    assert main([*run, "--set", "stage=[{}]"]) == 2
+    assert "or no levels (--set record.levels=[])" in capsys.readouterr().err
+    assert main([*run, "--set", "stage=[{}]", "--set", "record.levels=[]", "--set", "steps=256"]) == 0
+
+
 def test_other_settings_are_refused_and_fresh_begins_anew(finished, tmp_path, capsys):
     (tmp_path / "checkpoint.npz").write_bytes((finished / "checkpoint.npz").read_bytes())
     other = [*SHORT, "--out", str(tmp_path), "--set", "ppo.gamma=0.9", "--seed", "3"]
@@ -223,7 +249,7 @@ def test_a_scene_that_has_changed_is_refused(tmp_path, monkeypatch, capsys):
 
 
 def test_a_run_that_diverges_says_so_in_a_line(tmp_path, capsys):
-    assert main([*SHORT, "--out", str(tmp_path), "--set", "ppo.learning_rate=1e30"]) == 2
+    assert main([*SHORT, "--out", str(tmp_path), "--set", "ppo.vf_coef=1e39"]) == 2
     said = capsys.readouterr().err
     assert "train: error: training diverged after " in said
     assert said.endswith("the actions are no finite numbers any more; allowed: a smaller ppo.learning_rate\n")
