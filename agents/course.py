@@ -17,6 +17,7 @@ from dirt_env.config.loading import merge
 from dirt_env.split import training_seeds
 from dirt_env.vector import DirtPushVectorEnv
 
+from .fineness import to_blade
 from .frames import STACKED, Frames
 from .mirror import Mirror
 from .settings import Settings, Stage, at_level
@@ -74,7 +75,7 @@ class Course(DirtPushVecEnv):
 
     def step_async(self, actions: np.ndarray) -> None:
         """As in `DirtPushVecEnv`, with actions for the worlds as they were shown."""
-        super().step_async(self.mirror.steer(actions))
+        super().step_async(to_blade(self.mirror.steer(actions), self.settings.worlds.fineness))
 
     def step_wait(self) -> VecEnvStepReturn:
         """As in `DirtPushVecEnv`, with frames and mirror; takes the time, and notes the episodes that end."""

@@ -11,6 +11,7 @@ from dirt_env.policy import Policy, complaint, load_policy
 from dirt_env.split import training_seeds
 
 from .course import worlds_of
+from .fineness import from_blade
 from .frames import Frames
 from .mirror import Mirror
 from .settings import Settings
@@ -46,7 +47,8 @@ def demonstrate(settings: Settings) -> Iterator[tuple[int, Demonstrations]]:
         for step in range(-(-teacher.steps // teacher.worlds)):
             wanted = np.clip(_asked(teacher.policy, policies, observations), -1.0, 1.0)
             seen = mirror.show(frames.add(_seen(observations), ended))
-            yield (step + 1) * teacher.worlds, Demonstrations(seen, mirror.steer(wanted))
+            shown = from_blade(mirror.steer(wanted), settings.worlds.fineness)
+            yield (step + 1) * teacher.worlds, Demonstrations(seen, shown)
             begins = (left == 0) & (generator.random(teacher.worlds) < BEGINS)
             left[begins] = generator.integers(*LASTS, begins.sum())
             disturbed[begins] = generator.uniform(-1.0, 1.0, (begins.sum(), 3))

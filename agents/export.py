@@ -62,6 +62,7 @@ def actor_metadata(policy: Any, config: SceneConfig, worlds: Worlds, clip: float
         "action": {"blade": config.action.blade},
         "frames": worlds.frames,
         "mirror": worlds.mirror,
+        "fineness": worlds.fineness,
         "strides": [layer.stride[0] for layer in actor.convolutions],
         "hidden": len(actor.hidden),
         "clip": clip,

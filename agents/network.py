@@ -23,14 +23,16 @@ from dirt_env.task.observation import POSE_ENTRIES
 from dirt_env.task.site_map import OVERVIEW
 
 from .archive import packed, unpacked
+from .fineness import to_blade
 from .frames import Frames, channel_places
 from .mirror import Mirror
-from .settings import LEAST_LEFT, OVERVIEW_GAIN, ROOT_GAIN
+from .settings import LEAST_LEFT, MOST_FINENESS, OVERVIEW_GAIN, ROOT_GAIN
 
 FORMAT = "dirt-push policy 1"
 ACTIONS = 3
 SQUASHES = {"clip": lambda values: np.clip(values, -1.0, 1.0), "tanh": np.tanh}  # PPO's mean action, and SAC's
-MEANT = {"frames": 1, "squash": "clip", "roots": False, "mirror": False}  # by files from before there was anything else
+# By files from before there was anything else.
+MEANT = {"frames": 1, "squash": "clip", "roots": False, "mirror": False, "fineness": 0.0}
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,8 @@ class LearnedPolicy:
         self._check(observations)
         seen = self._mirror.show(self._frames.add(observations, begins))
         overview = seen["overview"] if self.observation.get("overview") else None
-        return self._mirror.steer(self.network.actions(seen["patch"], seen["pose"], overview))
+        actions = self.network.actions(seen["patch"], seen["pose"], overview)
+        return to_blade(self._mirror.steer(actions), self.metadata["fineness"])
 
     def _check(self, observations: Observation) -> None:
         """Raise ValueError where this is not what it was trained with."""
@@ -187,6 +190,8 @@ def read(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Learn
         raise ValueError(f"its squash is {squash!r}; allowed: {', '.join(SQUASHES)}")
     if metadata["mirror"] not in (False, True):
         raise ValueError(f"its mirror is {metadata['mirror']!r}; allowed: true, false")
+    if not (isinstance(metadata["fineness"], int | float) and 0.0 <= metadata["fineness"] <= MOST_FINENESS):
+        raise ValueError(f"its fineness is {metadata['fineness']!r}; allowed: a number from 0 to {MOST_FINENESS:g}")
     strides, observation = metadata["strides"], metadata["observation"]
     if metadata["roots"] not in (False, True) or (metadata["roots"] and "todo" not in observation["channels"]):
         raise ValueError(

@@ -14,11 +14,13 @@ from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, RATE, SHARE, Ppo, S
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
 ROOT_GAIN = 0.5  # of square roots of shares in the overview, before that
 LEAST_LEFT = 1e-3  # of all soil: so much counts as left at least, that roots of shares of it stay small
+MOST_FINENESS = 10.0  # of the blade: near 0 it moves in steps 1100 times as fine then
 # Keys that settings written before there were any mean without saying.
 SINCE = {
     "algorithm": "ppo",
     "network.roots": False,
     "ppo.optimizer": "adam",
+    "worlds.fineness": 0.0,
     "worlds.frames": 1,
     "worlds.mirror": False,
     "worlds.variants": [],
@@ -35,7 +37,8 @@ class Worlds:
     """`count` worlds of a scene, with keys of the scene `set` anew, for some worlds by `variants`; `threads` step them.
 
     Episodes are cut off after `steps` control steps; None is what the longest job of a stage takes. The network sees
-    the last `frames` patches and poses side by side, with `mirror` turned over where the goal lies to the right.
+    the last `frames` patches and poses side by side, with `mirror` turned over where the goal lies to the right, and
+    with a `fineness` it moves the blade in finer steps near 0 (agents/fineness.py).
     """
 
     count: int = 256
@@ -46,6 +49,7 @@ class Worlds:
     steps: int | None = None
     frames: int = 1
     mirror: bool = False
+    fineness: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -206,6 +210,7 @@ TRAINING = Table(
                 "steps": FROM_ONE,
                 "frames": FRAMES,
                 "mirror": Flag(),
+                "fineness": Number(0, MOST_FINENESS),
             },
         ),
         "stage": Many(STAGE),
