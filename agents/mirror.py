@@ -17,8 +17,8 @@ STEERING = ACTIONS.index("steering")
 class Mirror:
     """Turns over what is seen of a world where the goal lies to the right, as if in a mirror, and the steering back.
 
-    A network that sees all goals on its left has half as much to learn. Training and the
-    trained policy both turn by this class. With `on` False observations and actions are passed on as they are.
+    A network that sees all goals on its left has half as much to learn. Training and the trained policy both turn by
+    this class. With `on` False observations and actions are passed on as they are.
     """
 
     def __init__(self, on: bool) -> None:

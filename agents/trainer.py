@@ -76,7 +76,6 @@ class Trainer:
             checkpoint.restore(found, self.model, self.env, self.course)
             self.notes = found.metadata["notes"]
         self._selection = Selection(settings)
-        self._fresh = fresh
         self._saved = self._state_of_save() if self.resumed else None
 
     @property
@@ -104,7 +103,6 @@ class Trainer:
                 if logbook is None:
                     _clear(self.out)
                     logbook = self._open_logbook()
-                if not self.resumed:
                     self._save()
                 while not (self.is_done or stopped):
                     judged = self.notes["evaluated"]
