@@ -2,11 +2,21 @@
 
 import argparse
 from pathlib import Path
+from typing import NoReturn
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says where settings go to whoever took one for an argument, as in `--steps 1000`."""
+
+    def error(self, message: str) -> NoReturn:
+        """One line on stderr, and status 2."""
+        hint = "; settings are changed by --set, as in --set steps=1000" if message.startswith("unrecognized") else ""
+        super().error(message + hint)
 
 
 def training_parser(module: str, description: str, folder: str) -> argparse.ArgumentParser:
     """A parser for the training command of a module; `folder` is where its runs go by default."""
-    parser = argparse.ArgumentParser(f"python -m {module}", description=description)
+    parser = _Parser(f"python -m {module}", description=description)
     parser.add_argument(
         "--config",
         type=Path,

@@ -299,6 +299,12 @@ def test_bad_input_is_one_clear_line(arguments, complaint, tmp_path, capsys):
     assert complaint in said
 
 
+def test_a_setting_given_as_an_argument_is_told_where_it_goes(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["--config", "smoke", "--steps", "100"])
+    assert "unrecognized arguments: --steps 100; settings are changed by --set, as in" in capsys.readouterr().err
+
+
 def test_a_checkpoint_cut_off_anywhere_is_said_to_be_damaged(finished, tmp_path):
     whole = (finished / "checkpoint.npz").read_bytes()
     path = tmp_path / "checkpoint.npz"
