@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("python -m dirt_env.agents.compare", description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("runs") / "compare", metavar="DIR", help="folder of results")
-    parser.add_argument("--layouts", type=whole(1), default=20, metavar="N", help="of each level (default: 20)")
+    parser.add_argument("--layouts", type=whole(1), default=100, metavar="N", help="of each level (default: 100)")
     parser.add_argument("--workers", type=whole(1), default=1, metavar="W", help="processes (default: 1)")
     parser.add_argument("--renew-docs", type=Path, metavar="DIR", help="write results.md and its figures there anew")
     return parser
