@@ -13,7 +13,7 @@ from .hyperparameters import MUON_FROM
 
 
 class MuonAndAdam:
-    """Both optimisers as the one that an update of stable-baselines3's PPO asks for; its own `save` needs more.
+    """Both optimisers as the one that stable-baselines3's PPO asks for, in an update, `save` and `load`.
 
     Muon takes matrices of MUON_FROM rows and columns or more. Its steps are scaled to be about as large as Adam's with
     the same learning rate, however long the gradients are. `adam`: options of Adam.
@@ -41,3 +41,12 @@ class MuonAndAdam:
         """One step of each."""
         self.muon.step()
         self.adam.step()
+
+    def state_dict(self) -> dict[str, Any]:
+        """What both remember."""
+        return {"muon": self.muon.state_dict(), "adam": self.adam.state_dict()}
+
+    def load_state_dict(self, state: dict[str, Any], strict: bool = True) -> None:
+        """Go on from what `state_dict` gave; stable-baselines3 says `strict` to all but torch's own optimisers."""
+        self.muon.load_state_dict(state["muon"])
+        self.adam.load_state_dict(state["adam"])

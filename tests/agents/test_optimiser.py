@@ -84,6 +84,22 @@ def test_the_setting_takes_muon_for_all_hidden_matrices_and_adam_for_the_rest(tm
     trainer.close()
 
 
+def test_what_both_remember_goes_through_save_and_load_of_stable_baselines3(tmp_path):
+    settings = smoke(steps=256, ppo={"optimizer": "muon"}, record={"evaluate_every": 1000, "save_every": 1000})
+    trainer = Trainer(settings, tmp_path / "run")
+    trainer.run()
+    trainer.model.save(tmp_path / "model.zip")
+    again = type(trainer.model).load(tmp_path / "model.zip")
+    for model in (trainer.model, again):
+        torch.manual_seed(0)
+        for one in model.policy.parameters():
+            one.grad = torch.randn(one.shape)
+        model.policy.optimizer.step()
+    for one, other in zip(trainer.model.policy.parameters(), again.policy.parameters(), strict=True):
+        assert torch.equal(one, other)
+    trainer.close()
+
+
 @pytest.mark.slow
 def test_a_run_with_muon_goes_on_to_the_same_bits(tmp_path):
     settings = smoke(steps=1024, ppo={"optimizer": "muon"}, stage=[{"levels": [0]}], record={"save_every": 512})
