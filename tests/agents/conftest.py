@@ -19,6 +19,12 @@ SEEN = {
 METADATA = {"observation": SEEN, "action": {"blade": "tracks"}, "strides": [2], "hidden": 1, "clip": 10.0}
 
 
+@pytest.fixture
+def stable_baselines3():
+    """Skips what needs it where it is not installed."""
+    return pytest.importorskip("stable_baselines3")
+
+
 def smoke(**overrides):
     """The smoke settings, with some changes."""
     return load_settings(SMOKE, overrides)

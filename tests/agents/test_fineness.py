@@ -52,18 +52,9 @@ def test_a_policy_moves_the_blade_by_its_fineness():
     assert np.abs(fine - plain).max() > 0.1
 
 
-@pytest.mark.parametrize("value", ["fine", -1.0, 11.0, None])
-def test_metadata_that_is_wrong_is_refused(value):
-    with pytest.raises(ValueError, match=f"its fineness is {value!r}; allowed: a number from 0 to 10"):
-        read(weights(), {**METADATA, "fineness": value})
-
-
+@pytest.mark.usefixtures("stable_baselines3")
 class TestTraining:
     """With stable-baselines3."""
-
-    @pytest.fixture(autouse=True)
-    def needs(self):
-        pytest.importorskip("stable_baselines3")
 
     def test_the_worlds_are_driven_by_the_curve(self):
         """Beside the same worlds as they are, driven by actions that were bent by hand."""

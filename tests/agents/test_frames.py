@@ -108,12 +108,9 @@ def test_selection_plays_it_as_an_evaluation_does(tmp_path):
     )
 
 
+@pytest.mark.usefixtures("stable_baselines3")
 class TestTraining:
     """With stable-baselines3."""
-
-    @pytest.fixture(autouse=True)
-    def needs(self):
-        pytest.importorskip("stable_baselines3")
 
     def test_the_worlds_show_the_last_frames_and_those_of_an_ended_episode(self):
         from dirt_env.agents.course import Course

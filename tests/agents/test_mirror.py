@@ -99,18 +99,9 @@ def test_a_policy_steers_the_other_way_in_a_mirror_image(frames, tmp_path):
     assert 0 < right[:8].sum() < 8
 
 
-@pytest.mark.parametrize("value", [1.5, "yes", None])
-def test_metadata_that_is_wrong_is_refused(value):
-    with pytest.raises(ValueError, match=f"its mirror is {value!r}; allowed: true, false"):
-        read(weights(), {**METADATA, "mirror": value})
-
-
+@pytest.mark.usefixtures("stable_baselines3")
 class TestTraining:
     """With stable-baselines3."""
-
-    @pytest.fixture(autouse=True)
-    def needs(self):
-        pytest.importorskip("stable_baselines3")
 
     @pytest.mark.parametrize("frames", [1, 3])
     def test_the_worlds_are_shown_turned_over_and_driven_so(self, frames):

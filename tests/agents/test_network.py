@@ -240,6 +240,11 @@ def test_metadata_that_is_not_there_is_named(metadata, complaint, tmp_path):
             r"its roots are 'false' with channels .*; allowed: true with \"todo\" among them, or false",
         ),
         ({"roots": True, "observation": {**SEEN, "channels": ["height", "walls"]}}, "its roots are True with channels"),
+        *(({"mirror": value}, f"its mirror is {value!r}; allowed: true, false") for value in (1.5, "yes", None)),
+        *(
+            ({"fineness": value}, f"its fineness is {value!r}; allowed: a number from 0 to 10")
+            for value in ("fine", -1.0, 11.0, None)
+        ),
         ({"strides": [0]}, ".*"),
         ({"frames": None}, ".*"),
         ({"hidden": "1"}, ".*"),
