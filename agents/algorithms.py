@@ -19,7 +19,7 @@ from .optimiser import MuonAndAdam
 from .settings import Settings
 
 # What of a table is no argument of the algorithm.
-OWN = ("optimizer", "final_rate", "log_std_init", "log_std_final", "memory")
+OWN = ("optimizer", "share_features", "final_rate", "log_std_init", "log_std_final", "memory")
 
 
 class WholeRun:
@@ -121,6 +121,7 @@ def make_model(settings: Settings, env: VecNormalize, config: SceneConfig) -> Mo
         first, final = settings.ppo.learning_rate, settings.ppo.final_rate
         same["learning_rate"] = lambda left: first * (left + final * (1.0 - left))  # falls evenly over the run
         shape["log_std_init"] = settings.ppo.log_std_init
+        shape["share_features_extractor"] = settings.ppo.share_features
         shape["optimizer_kwargs"] = {"eps": 1e-5, "fused": True}  # in one pass over the weights
         if settings.ppo.optimizer == "muon":
             shape["optimizer_class"] = MuonAndAdam

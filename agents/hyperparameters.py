@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from dirt_env.config.rules import Choice, Either, Number, Table
+from dirt_env.config.rules import Choice, Either, Flag, Number, Table
 
 MUON_FROM = 8  # rows and columns of a matrix that Muon takes; what gives the few actions or the value is left to Adam
 
@@ -15,17 +15,19 @@ AUTO = Choice(("auto",))
 
 @dataclass(frozen=True)
 class Ppo:
-    """Hyperparameters of PPO: those of stable-baselines3, and three more.
+    """Hyperparameters of PPO: those of stable-baselines3, and four more.
 
     `final_rate` is a share of `learning_rate`. With a `log_std_final` the logarithm of the actions' deviation is not
     learned but falls evenly to that. `optimizer` "muon" takes Muon for the matrices of dense layers, and Adam for the
-    rest (agents/optimiser.py).
+    rest (agents/optimiser.py). With `share_features` actor and critic see through the same convolutions and first dense
+    layer, without it each through its own.
     """
 
     n_steps: int = 32
     batch_size: int = 2048
     n_epochs: int = 4
     optimizer: str = "adam"
+    share_features: bool = True
     learning_rate: float = 5e-4
     final_rate: float = 0.1
     gamma: float = 0.99
@@ -77,6 +79,7 @@ PPO = Table(
         "batch_size": Number(2, whole=True),
         "n_epochs": FROM_ONE,
         "optimizer": Choice(("adam", "muon")),
+        "share_features": Flag(),
         "learning_rate": RATE,
         "final_rate": SHARE,
         "gamma": SHARE,

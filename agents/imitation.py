@@ -11,6 +11,7 @@ from .demonstrations import Demonstrations, demonstrate
 from .settings import Settings
 
 Told = Callable[[float, str], bool]  # how far the whole has come (0 to 1) and what is being done; True stops it
+CRITIC = ("mlp_extractor.value_net", "value_net", "vf_features_extractor")  # its parameters' names begin so
 RECORDING = 0.7  # of the whole, about
 
 
@@ -61,4 +62,4 @@ def _fit(settings: Settings, model: PPO, env: VecNormalize, shown: Demonstration
 def let_learn(model: PPO, critic_only: bool) -> None:
     """Let the next updates change all of the model, or only what belongs to the critic alone."""
     for name, parameter in model.policy.named_parameters():
-        parameter.requires_grad_(not critic_only or "value" in name)
+        parameter.requires_grad_(not critic_only or name.startswith(CRITIC))

@@ -20,6 +20,7 @@ SINCE = {
     "algorithm": "ppo",
     "network.roots": False,
     "ppo.optimizer": "adam",
+    "ppo.share_features": True,
     "worlds.fineness": 0.0,
     "worlds.frames": 1,
     "worlds.mirror": False,
@@ -67,7 +68,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Network:
-    """Convolutions over the patch, then dense layers over their output and the pose; actor and critic share them.
+    """Convolutions over the patch, then dense layers over their output and the pose.
 
     With `roots` they see thin remnants: of the patch the channel sign(todo) sqrt(|todo|) too, and in the overview the
     square root of each square's share of the soil that is left, in place of its share of all there was.

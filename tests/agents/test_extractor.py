@@ -47,6 +47,20 @@ def test_gradients_reach_every_convolution(trainer):
             assert parameter.grad.abs().max() > 0.0, name
 
 
+def test_without_shared_features_actor_and_critic_have_their_own(tmp_path):
+    trainer = Trainer(smoke(ppo={"share_features": False}), tmp_path)
+    policy, patch = trainer.model.policy, np.random.default_rng(0).standard_normal((32, 2, 8, 8))
+    values, log_prob, _ = policy.evaluate_actions(seen(patch), torch.ones(32, 3))
+    actor, critic = policy.pi_features_extractor, policy.vf_features_extractor
+    for loss, own, other in ((values.mean(), critic, actor), (log_prob.mean(), actor, critic)):
+        policy.zero_grad()
+        loss.backward()
+        for parameter in own.parameters():
+            assert parameter.grad.abs().max() > 0.0
+        assert all(parameter.grad is None for parameter in other.parameters())
+    trainer.close()
+
+
 def test_an_update_moves_the_convolutions(trainer):
     before = [value.clone() for value in trainer.model.policy.features_extractor.convolutions.parameters()]
     trainer.model.learn(trainer.settings.rollout, reset_num_timesteps=False)

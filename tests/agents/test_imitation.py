@@ -78,8 +78,9 @@ def test_imitation_that_is_stopped_says_so(asked, tmp_path):
     trainer.close()
 
 
-def test_the_critic_learns_alone_at_first(tmp_path):
-    settings = smoke(steps=512, teacher=TEACHER | {"critic_steps": 256})
+@pytest.mark.parametrize("share", [True, False])
+def test_the_critic_learns_alone_at_first(share, tmp_path):
+    settings = smoke(steps=512, teacher=TEACHER | {"critic_steps": 256}, ppo={"share_features": share})
     trainer = Trainer(settings, tmp_path)
     policy, seen = trainer.model.policy, []
     learn = trainer.model.learn
@@ -93,7 +94,9 @@ def test_the_critic_learns_alone_at_first(tmp_path):
     assert trainer.run() is None
     trainer.close()
     everything = {name for name, _ in policy.named_parameters()}
-    assert [{"value" in name for name in names} for names in seen] == [{True}, {True, False}]
+    of_critic = {name for name in everything if name.removeprefix("mlp_extractor.").startswith(("value", "vf"))}
+    assert any(name.startswith("vf_features_extractor.convolutions") for name in of_critic) == (not share)
+    assert seen[0] == of_critic
     assert seen[1] == everything
 
 

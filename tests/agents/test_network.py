@@ -39,17 +39,18 @@ def test_a_convolution_is_a_sum_over_windows(stride):
 
 
 @pytest.mark.parametrize(
-    ("frames", "normalise", "roots", "overview"),
+    ("frames", "normalise", "roots", "overview", "share"),
     [
-        (1, True, False, False),
-        (1, False, False, True),
-        (3, True, False, False),
-        (1, True, True, True),
-        (3, True, True, True),
-        (2, True, True, False),
+        (1, True, False, False, True),
+        (1, False, False, True, True),
+        (3, True, False, False, True),
+        (1, True, True, True, True),
+        (1, True, True, True, False),
+        (3, True, True, True, True),
+        (2, True, True, False, True),
     ],
 )
-def test_numpy_and_torch_act_the_same(frames, normalise, roots, overview, tmp_path):
+def test_numpy_and_torch_act_the_same(frames, normalise, roots, overview, share, tmp_path):
     pytest.importorskip("stable_baselines3")
     import torch
     from dirt_env.agents.export import actor_arrays, actor_metadata
@@ -59,6 +60,7 @@ def test_numpy_and_torch_act_the_same(frames, normalise, roots, overview, tmp_pa
         "normalise": {"pose": normalise},
         "worlds": {"frames": frames, "set": {"observation": {"overview": overview}}},
         "network": {"hidden": [16, 8], "roots": roots},
+        "ppo": {"share_features": share},
     }
     trainer = Trainer(smoke(**overrides), tmp_path)
     generator = np.random.default_rng(0)

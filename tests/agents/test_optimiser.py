@@ -101,6 +101,8 @@ def test_what_both_remember_goes_through_save_and_load_of_stable_baselines3(tmp_
 
 
 @pytest.mark.slow
-def test_a_run_with_muon_goes_on_to_the_same_bits(tmp_path):
-    settings = smoke(steps=1024, ppo={"optimizer": "muon"}, stage=[{"levels": [0]}], record={"save_every": 512})
+@pytest.mark.parametrize("share", [True, False])
+def test_a_run_with_muon_goes_on_to_the_same_bits(share, tmp_path):
+    ppo = {"optimizer": "muon", "share_features": share}
+    settings = smoke(steps=1024, ppo=ppo, stage=[{"levels": [0]}], record={"save_every": 512})
     broken_and_gone_on(settings, tmp_path, broken_at=768, saved_at=512)
