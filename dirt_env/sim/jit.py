@@ -47,11 +47,13 @@ _STALE_AFTER = 30 * 86400.0  # s
 _BEGIN = time.time_ns()
 
 
-def kernel(function: Callable | None = None, **options: Any) -> Callable:
-    """Compile a function that other kernels call; use as `@kernel` or `@kernel(inline="always")`."""
-    if function is None:
-        return lambda bare: kernel(bare, **options)
-    options |= {"error_model": "numpy", "nogil": True}
+def kernel(function: Callable) -> Callable:
+    """Compile a function that other kernels call: all of it goes into each of them.
+
+    Called as a function it would count a reference to every array that it is given, at 20 cycles each, and take dozens
+    of arguments over the stack.
+    """
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "forceinline": True}
     compiled = numba.njit(**options)(function)
     if is_jitted(compiled):  # other kernels get a part, Python a whole function
         options |= {"pipeline_class": _PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -60,11 +62,9 @@ def kernel(function: Callable | None = None, **options: Any) -> Callable:
     return compiled
 
 
-def entry(function: Callable | None = None, **options: Any) -> Callable:
+def entry(function: Callable) -> Callable:
     """Compile a function that Python calls, with its machine code kept on disk; use as `@entry`."""
-    if function is None:
-        return lambda bare: entry(bare, **options)
-    compiled = kernel(function, **options)
+    compiled = kernel(function)
     if is_jitted(compiled) and (digest := _digest(function)):  # with NUMBA_DISABLE_JIT=1 it is the plain function
         _keep_on_disk(compiled, digest)
     return compiled

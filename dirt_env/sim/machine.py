@@ -16,7 +16,7 @@ def wrap(angle):
     return angle if -pi <= angle < pi else (angle + pi) % (2 * pi) - pi
 
 
-@kernel(forceinline=True)
+@kernel
 def ground_between(height, column, row, ahead_x, ahead_y, limit):
     """Ground height [m] at a point `column`, `row` cells from the centre of cell (0, 0); the rest is as in `ground_at`,
     in cells.

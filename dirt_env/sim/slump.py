@@ -35,7 +35,7 @@ from dirt_env.sim.window import (
 from dirt_env.sim.zones import Zones
 
 MARGIN = 2  # cells around the active ones that are packed with them; no fewer, so that the outer two stand still
-PATIENCE = 24  # sweeps between two looks whether a smaller window would do
+PATIENCE = 36  # sweeps between two looks whether a smaller window would do
 FLOOR = 0.01  # slope below which the tolerance does not shrink any further with the slope of repose [-]
 
 

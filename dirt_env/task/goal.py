@@ -72,7 +72,7 @@ def _everything(height: np.ndarray) -> np.ndarray:
     return np.array([0, height.shape[0], 0, height.shape[1]])
 
 
-@entry(forceinline=True)
+@entry
 def measure(height, job: Job, cell, changed, sums: Sums, bank: Bank | None = None):
     """Add up the blocks of height[rows, cols] in which the cells changed[0]:changed[1], changed[2]:changed[3] lie.
 
@@ -87,7 +87,7 @@ def measure(height, job: Job, cell, changed, sums: Sums, bank: Bank | None = Non
     _conclude(job, cell * cell, sums.total, sums.result)
 
 
-@kernel(forceinline=True)
+@kernel
 def _add_block(height, target, haul, kind, r0, c0, block, bank):
     """Fill block[SUMS] for the cells from row r0 and column c0 on; most of them are as they should be, and add nothing.
 
@@ -117,7 +117,7 @@ def _add_block(height, target, haul, kind, r0, c0, block, bank):
     block[0], block[1], block[2], block[3], block[4], block[5] = way, over, stray, gain, lack, square
 
 
-@kernel(forceinline=True)
+@kernel
 def _add_up(parts, total):
     """Sum parts[n, SUMS] over the parts to total[SUMS]."""
     way = over = stray = gain = lack = square = 0.0
@@ -131,7 +131,7 @@ def _add_up(parts, total):
     total[0], total[1], total[2], total[3], total[4], total[5] = way, over, stray, gain, lack, square
 
 
-@kernel(forceinline=True)
+@kernel
 def _conclude(job, area, total, result):
     """Fill result[5] (see Remaining) from the sums over all cells; `area` of a cell [m2]."""
     way, over, stray, gain, lack, square = total[0], total[1], total[2], total[3], total[4], total[5]

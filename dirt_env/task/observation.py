@@ -170,7 +170,7 @@ def _stack(channels: list[tuple[float, float]], shape: tuple[int, int]) -> tuple
     return tuple(np.broadcast_to(end[:, None, None], full).copy() for end in (low, high))
 
 
-@entry(forceinline=True)
+@entry
 def observe(height, job: Job, machine, cell, view: View, remaining, time_left, sight: Sight):
     """Fill the arrays of `sight` from height[rows, cols] and the machine's record; shares `remaining`, `time_left`."""
     ground, pose = measured_ground(height, sight.noise), measured_machine(machine, height, cell, sight.noise)[0]
@@ -205,7 +205,7 @@ def measured_machine(machine, height, cell, noise):
     return noise.machine
 
 
-@kernel(forceinline=True)
+@kernel
 def _fill_pose(job, pose, view, remaining, time_left, out):
     """Write the entries in the order of POSE_ENTRIES, scaled and clipped."""
     distance, east, north = _to_goal(job.centers, pose.x, pose.y)

@@ -16,7 +16,7 @@ HEIGHT, TODO, WALLS = range(3)
 CHANNELS = ("height", "todo", "walls")
 
 
-@kernel(forceinline=True)
+@kernel
 def fill_patch(height, job, pose, cell, view, patch):
     """Fill the channels `view.channels` of patch[channels, size, size]; row 0 farthest ahead, column 0 farthest left.
 

@@ -12,7 +12,7 @@ MAP_LIMIT = 1000.0  # m
 CHUNK = 16  # cells of a row that are skipped together where there is neither soil to move nor a goal
 
 
-@kernel(forceinline=True)
+@kernel
 def fill_overview(height, job, pose, cell, view, overview):
     """Soil to move (of all soil) and goal (of all goal cells) in squares around the machine, its heading up.
 
@@ -33,7 +33,7 @@ def fill_overview(height, job, pose, cell, view, overview):
             overview[1, i, j] /= max(goal, 1.0)
 
 
-@kernel(forceinline=True)
+@kernel
 def _add_cells(height, target, aim, kind, doubt, x, y, heading, step, volume, overview):
     """Add up soil to move, a cell's height of which is `volume`, and goal cells in squares of 1 / `step` cells."""
     rows, cols = height.shape
@@ -56,7 +56,7 @@ def _add_cells(height, target, aim, kind, doubt, x, y, heading, step, volume, ov
                     overview[0, i, j] += (height[r, c] - target[r, c]) * volume
 
 
-@kernel(forceinline=True)
+@kernel
 def _has_any(height, aim, doubt):
     """Whether any of these cells is over the aim beyond doubt; those in a goal are."""
     count = 0
@@ -65,7 +65,7 @@ def _has_any(height, aim, doubt):
     return count > 0
 
 
-@kernel(forceinline=True)
+@kernel
 def fill_map(height, job, site):
     """Height over the datum, what is to do, and walls if there is a third channel; row 0 in the south."""
     if site is None:
@@ -77,19 +77,19 @@ def fill_map(height, job, site):
             _fill_walls(job.kind[r], site[2, r])
 
 
-@kernel(forceinline=True)
+@kernel
 def _fill_height(height, out):
     for c in range(out.shape[0]):
         out[c] = min(max(float(height[c]), -MAP_LIMIT), MAP_LIMIT)
 
 
-@kernel(forceinline=True)
+@kernel
 def _fill_todo(height, aim, kind, limit, goal_depth, out):
     for c in range(out.shape[0]):
         out[c] = todo(max(height[c] - aim[c], least_todo(kind[c], limit)), limit, goal_depth)
 
 
-@kernel(forceinline=True)
+@kernel
 def _fill_walls(kind, out):
     for c in range(out.shape[0]):
         out[c] = 1.0 if kind[c] & SOLID else 0.0
