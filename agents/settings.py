@@ -68,7 +68,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Network:
-    """Convolutions over the patch, then dense layers over their output and the pose.
+    """Convolutions over the patch, then dense layers over their output and the pose: of the actor and of the critic.
 
     With `roots` they see thin remnants: of the patch the channel sign(todo) sqrt(|todo|) too, and in the overview the
     square root of each square's share of the soil that is left, in place of its share of all there was.
