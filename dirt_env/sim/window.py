@@ -12,7 +12,6 @@ from dirt_env.sim.laws import RATE
 
 GROUND, OPEN_X, OPEN_Y, RATE_Y, FLUX_X, FLUX_Y = range(6)
 THRESHOLD, SETTLED = 6, 7  # of each cell, where the angle of repose differs from cell to cell
-NARROW = 512  # links, up to which those that move are found by looking at all, which vectors do
 LANES = 8  # the loops of a sweep run over multiples of it, so that none of their work is left over as scalars
 
 
@@ -223,13 +222,6 @@ def unpack(height, buffers, stride, window, changed):
 def moving_range(buffers, start, stop):
     """(first, last + 1) of the places in [start, stop) of links that moved soil; (stop, stop) if none did."""
     flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
-    if stop - start > NARROW:  # where much moves, the ends are near
-        first, last = start, stop
-        while first < stop and flux_x[np.uint64(first)] == 0 and flux_y[np.uint64(first)] == 0:
-            first += 1
-        while last > first and flux_x[np.uint64(last - 1)] == 0 and flux_y[np.uint64(last - 1)] == 0:
-            last -= 1
-        return first, last
     none, count = np.int32(0), np.int32(stop - start)
     low, high = count, none
     for k in range(count):
