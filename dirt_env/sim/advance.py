@@ -5,8 +5,8 @@ from math import cos, inf, sin
 import numpy as np
 
 from dirt_env.sim.bank import bank_of
-from dirt_env.sim.blade import Line, cells_between, highest, line_of, load_ahead, scrape
-from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.blade import Line, cells_between, line_of, load_ahead, scrape, stands_above
+from dirt_env.sim.jit import entry, kernel, uncounted
 from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, ground_between, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
@@ -83,17 +83,17 @@ def graded_edge(target, pose, cell, blade, machine, asked):
 
 @kernel
 def move_soil(
-    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals,
+    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, tally,
     zones=None, bank=None,
 ):  # fmt: skip
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
-    `totals` f8[4] adds up what was moved, lost and stuck [m of one cell], and the sweeps, of which there are at most
+    Adds to the record `tally` what was cut, lost and stuck [m of one cell], and the sweeps, of which there are at most
     `soil.max_sweeps` in all; what is left over stays pending. Returns whether the blade touches soil.
     """
     box = cells_between(old, new, cell)
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
-    touches = highest(height, box) > lowest
+    touches = stands_above(height, box, lowest)
     if touches:
         _, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
         if zones is not None:
@@ -101,7 +101,7 @@ def move_soil(
             _, settled, _ = limits(height, quantum, cell, low, soil.tolerance)
             _, steepest, _ = limits(height, quantum, cell, high, soil.tolerance)
             settled = safe_bound(settled, steepest)
-        moved = scrape(height, solid, outside, old, new, cell, lock, totals, bank)
+        moved = scrape(height, solid, outside, old, new, cell, lock, tally, bank)
         grown = 1 if moved else 0  # soil is put down in cells next to those that gave it
         box = (box[0] - grown, box[1] + grown, box[2] - grown, box[3] + grown)
         r0, r1, c0, c1 = on_map(box, *height.shape)
@@ -114,10 +114,10 @@ def move_soil(
         return touches
     sweeps, lost = relax(
         height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches,
-        soil.max_sweeps - int(totals[3]), zones, bank,
+        soil.max_sweeps - tally.sweeps, zones, bank,
     )  # fmt: skip
-    totals[1] += lost
-    totals[3] += sweeps
+    tally.lost += lost
+    tally.sweeps += sweeps
     return touches
 
 
@@ -131,7 +131,8 @@ def step(
     cell = grid.cell
     pieces = substeps(command.speed, command.yaw_rate, dt, cell, blade)
     period = dt / pieces
-    totals = np.zeros(4)
+    tally.cut = tally.lost = tally.stuck = 0.0
+    tally.sweeps = 0
     distance = turned = held = work = energy = draft = slip = 0.0
     measured = False
     old = blade_line(pose, blade)
@@ -156,7 +157,7 @@ def step(
         pose.edge += min(max(edge - pose.edge, -largest), largest)
         new = blade_line(pose, blade)
         touches = move_soil(
-            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, totals,
+            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, tally,
             zones, bank,
         )  # fmt: skip
         weigh = touches and went != 0.0
@@ -172,8 +173,7 @@ def step(
         measure_load(height, solid, pose, cell, soil, blade, zones)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
-    tally.cut, tally.lost, tally.stuck = totals[0] * cell**2, totals[1] * cell**2, totals[2] * cell**2
-    tally.sweeps = int(totals[3])
+    tally.cut, tally.lost, tally.stuck = tally.cut * cell**2, tally.lost * cell**2, tally.stuck * cell**2
     if pull is not None:
         tally.energy, tally.draft, tally.slip = energy, draft, slip
     else:
@@ -197,6 +197,7 @@ def advance(
     With `pull`, draft and traction decide how fast the machine goes; without, it does what the command says. With
     `zones`, the soil differs from place to place.
     """
+    world, zones = uncounted(world), uncounted(zones)
     step(
         world.height, world.solid, world.outside, world.machine[0], world.tally[0], world.buffers, world.links,
         world.link_levels, world.changed, world.pending, world.quantum, grid, soil, blade, machine, command, dt, pull,
@@ -229,7 +230,7 @@ def let_go(world: World, grid: Grid, blade: Blade) -> None:
     held = blade_line(world.machine[0], blade)
     r0, r1, c0, c1 = cells_between(held, held, grid.cell)
     r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
-    if r1 > r0 and c1 > c0 and highest(world.height, (r0, r1, c0, c1)) > held.edge - abs(held.roll) * held.half:
+    if r1 > r0 and c1 > c0 and stands_above(world.height, (r0, r1, c0, c1), held.edge - abs(held.roll) * held.half):
         widen(world.pending, r0, r1, c0, c1)
 
 

@@ -1,7 +1,9 @@
 """The blade: a vertical plate that cuts what it crosses, carries it ahead, and closes the links it stands across."""
 
-from math import cos, floor, sin
+from math import ceil, cos, floor, sin
 from typing import NamedTuple
+
+import numpy as np
 
 from dirt_env.sim.bank import growth
 from dirt_env.sim.jit import kernel
@@ -9,6 +11,7 @@ from dirt_env.sim.laws import quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
+NEAR = 1e-9  # cells
 EVERYWHERE = 2**40  # more columns than any map has
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
 
@@ -88,16 +91,15 @@ def cells_between(old, new, cell):
 
 @kernel
 def columns_between(old, new, cell, r):
-    """(first, end) of the columns of row r whose cell centres may lie between the blade's two lines, both endless.
-
-    Lines along the row, or nearly so, have all columns.
+    """(first, end) of the columns of row r whose cell centres lie between the blade's two lines, both endless, or so
+    close to one (NEAR) that rounding decides. Lines along the row, or nearly so, have all columns.
     """
     if min(old.ahead_x * new.ahead_x, abs(old.ahead_x), abs(new.ahead_x)) < 0.01:
         return -EVERYWHERE, EVERYWHERE
     y = (r + 0.5) * cell
     old_x = (old.x - (y - old.y) * old.ahead_y / old.ahead_x) / cell - 0.5
     new_x = (new.x - (y - new.y) * new.ahead_y / new.ahead_x) / cell - 0.5
-    return int(floor(min(old_x, new_x))), int(floor(max(old_x, new_x))) + 2
+    return int(ceil(min(old_x, new_x) - NEAR)), int(floor(max(old_x, new_x) + NEAR)) + 1
 
 
 @kernel
@@ -111,31 +113,27 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
     b0, b1, b2, b3 = cells_between(line, line, cell)
     real = levels.dtype.type
     far = cell * (abs(line.ahead_x) + abs(line.ahead_y))
+    one, row = np.uint64(1), np.uint64(stride)
     count = 0
+    first, end = columns_between(line, line, cell, max(r0, b0))
     for r in range(max(r0, b0), min(r1, b1)):
-        first, end = columns_between(line, line, cell, r)
         first_above, end_above = columns_between(line, line, cell, r + 1)
-        for c in range(max(c0, b2, min(first, first_above)), min(c1, b3, max(end, end_above))):
-            p = (r - r0 + 1) * stride + c - c0
+        for c in range(max(c0, b2, min(first, first_above) - 1), min(c1, b3, max(end, end_above))):
+            p = np.uint64((r - r0 + 1) * stride + c - c0)
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
-            if abs(ahead) > far:
-                continue
+            is_swept = (start <= p) & (p < stop)
             for along_x in range(2):
-                mask, q = (OPEN_X, p + 1) if along_x else (OPEN_Y, p + stride)
-                if buffers[mask, p] == 0:
-                    continue
+                mask, q = (OPEN_X, p + one) if along_x else (OPEN_Y, p + row)
                 ahead_q, left_q = blade_frame(line, (c + along_x + 0.5) * cell, (r - along_x + 1.5) * cell)
-                if (ahead > 0) == (ahead_q > 0):
-                    continue
                 u = crossing(ahead, left, ahead_q, left_q)
-                if abs(u) > line.half:
-                    continue
-                buffers[mask, p] = 0
-                if start <= p < stop and (along_x or buffers[RATE_Y, p] != 0):
-                    links[count, 0], links[count, 1], links[count, 2] = p, q, along_x
-                    levels[count, 0] = real(line.edge + line.roll * u)
-                    levels[count, 1] = real(line.edge + line.roll * u + line.height)
-                    count += 1
+                crosses = ((ahead > 0) != (ahead_q > 0)) & (abs(ahead) <= far) & (abs(u) <= line.half)
+                crosses &= buffers[mask, p] != 0
+                buffers[mask, p] = 0 if crosses else buffers[mask, p]
+                links[count, 0], links[count, 1], links[count, 2] = p, q, along_x
+                levels[count, 0] = real(line.edge + line.roll * u)
+                levels[count, 1] = real(line.edge + line.roll * u + line.height)
+                count += crosses & is_swept & ((along_x == 1) | (buffers[RATE_Y, p] != 0))
+        first, end = first_above, end_above
     return count
 
 
@@ -206,12 +204,12 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
 
 
 @kernel
-def scrape(height, solid, outside, old, new, cell, lock, totals, bank=None):
+def scrape(height, solid, outside, old, new, cell, lock, tally, bank=None):
     """Cut and carry: every cell whose centre the blade crosses on its way from `old` to `new` gives min(h, top) - edge.
 
-    The soil goes to the side the blade moves to, so that back-blading works. Adds to `totals` the heights [m of one
-    cell] moved, lost over an open border, and left where they were because nothing there could take them. Bank soil has
-    swollen when it is put down. Returns whether any moved.
+    The soil goes to the side the blade moves to, so that back-blading works. Adds to the record `tally` what it cuts, what
+    is lost over an open border, and what is stuck because nothing could take it [m of one cell]. Bank soil has swollen
+    when it is put down. Returns whether any moved.
     """
     rows, cols = height.shape
     moved = False
@@ -223,10 +221,9 @@ def scrape(height, solid, outside, old, new, cell, lock, totals, bank=None):
             x, y = (c + 0.5) * cell, (r + 0.5) * cell
             ahead_0, left_0 = blade_frame(old, x, y)
             ahead_1, left_1 = blade_frame(new, x, y)
-            if (ahead_0 > 0) == (ahead_1 > 0):
-                continue
             u = crossing(ahead_0, left_0, ahead_1, left_1)
-            if abs(u) > new.half or (solid is not None and solid[r, c]):
+            is_crossed = ((ahead_0 > 0) != (ahead_1 > 0)) & (abs(u) <= new.half)  # one jump instead of two
+            if not is_crossed or (solid is not None and solid[r, c]):
                 continue
             edge = new.edge + new.roll * u
             amount = quantise(real(min(float(height[r, c]), edge + new.height) - edge), lock)
@@ -238,29 +235,26 @@ def scrape(height, solid, outside, old, new, cell, lock, totals, bank=None):
                 more = growth(bank, r, c, height[r, c] - amount, lock)
             gone = deposit(height, solid, outside, new, cell, lock, side, r, c, amount + more)
             if gone < 0:
-                totals[2] += amount
+                tally.stuck += amount
                 continue
             height[r, c] -= amount
             if bank is not None:
                 bank.now[r, c] = min(bank.now[r, c], height[r, c])
-            totals[0] += amount
-            totals[1] += gone
+            tally.cut += amount
+            tally.lost += gone
             moved = True
     return moved
 
 
 @kernel
-def highest(height, box):
-    """Largest height in `box` [m]; -inf where it lies off the map."""
+def stands_above(height, box, level):
+    """Whether a cell of `box` is higher than a level [m]."""
     rows, cols = height.shape
-    largest = -float("inf")
+    count = 0
     for r in range(max(box[0], 0), min(box[1], rows)):
-        top = -float("inf")
-        for c in range(max(box[2], 0), min(box[3], cols)):  # a chain of its own per row: they run side by side
-            h = float(height[r, c])
-            top = h if h > top else top
-        largest = top if top > largest else largest
-    return largest
+        for c in range(max(box[2], 0), min(box[3], cols)):
+            count += float(height[np.uint64(r), np.uint64(c)]) > level
+    return count > 0
 
 
 @kernel
@@ -279,16 +273,15 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
     r0, r1 = max(int(floor((y - span_y) / cell)), 0), min(int(floor((y + span_y) / cell)) + 1, rows)
     c0, c1 = max(int(floor((x - span_x) / cell)), 0), min(int(floor((x + span_x) / cell)) + 1, cols)
     total = 0.0
-    touching = False
+    touching = 0
     for r in range(r0, r1):
         for c in range(c0, c1):
-            stands = float(height[r, c]) - base
-            if stands <= 0:
-                continue
+            stands = float(height[np.uint64(r), np.uint64(c)]) - base
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
             ahead *= side
-            if ahead <= 0 or ahead > far or abs(left) > line.half or (solid is not None and solid[r, c]):
-                continue
-            total += stands
-            touching = touching or ahead <= cell
-    return total * cell * cell, touching
+            counts = (stands > 0) & (ahead > 0) & (ahead <= far) & (abs(left) <= line.half)
+            if solid is not None:
+                counts &= not solid[r, c]
+            total += stands if counts else 0.0
+            touching += counts & (ahead <= cell)
+    return total * cell * cell, touching > 0

@@ -4,7 +4,7 @@ import numpy as np
 
 from dirt_env.sim.advance import move_soil, step
 from dirt_env.sim.blade import Line
-from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.jit import entry, kernel, uncounted
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.state import World
 
@@ -22,16 +22,16 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
     Lines should lie no more than half a cell apart, as those of `advance` do. Two equal ones let soil slump against a
     blade that stands.
     """
-    totals = np.zeros(4)
-    sweeps = 0
+    world, lines = uncounted(world), uncounted(lines)
+    tally, sweeps = world.tally[0], 0
     for k in range(1, lines.shape[0]):
-        totals[3] = 0.0
+        tally.sweeps = 0
         old, new = line_from(lines[k - 1]), line_from(lines[k])
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-            world.pending, grid.cell, soil, world.quantum, old, new, totals,
+            world.pending, grid.cell, soil, world.quantum, old, new, tally,
         )  # fmt: skip
-        sweeps += int(totals[3])
+        sweeps += tally.sweeps
     return sweeps
 
 
@@ -40,6 +40,7 @@ def drive_along(
     world: World, grid: Grid, soil: Soil, blade: Blade, machine: Machine, commands: np.ndarray, dt: float
 ) -> None:
     """As many steps of `advance` as `commands` f8[n, 3] has rows: speed, yaw rate, edge, as in `params.Command`."""
+    world = uncounted(world)
     for k in range(commands.shape[0]):
         command = Command(commands[k, 0], commands[k, 1], commands[k, 2])
         step(

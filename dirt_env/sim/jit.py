@@ -26,12 +26,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numba
+from numba.core import cgutils, types
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
-from numba.extending import is_jitted
+from numba.extending import intrinsic, is_jitted, overload
 
 try:
     import fcntl
@@ -81,6 +82,42 @@ def machine_code(function: Callable, *arguments: Any) -> Callable:
     signature = tuple(numba.typeof(argument) for argument in arguments)
     function.compile(signature)
     return function.overloads[signature].entry_point
+
+
+@intrinsic
+def _uncounted(context: Any, arrays: Any) -> tuple:
+    """The same arrays without an owner."""
+
+    def strip(context, builder, kind, value):
+        if isinstance(kind, types.Array):
+            struct = context.make_array(kind)(context, builder, value)
+            struct.meminfo = cgutils.get_null_value(struct.meminfo.type)
+            return struct._getvalue()
+        if isinstance(kind, types.BaseTuple):
+            parts = [
+                strip(context, builder, part, builder.extract_value(value, i)) for i, part in enumerate(kind.types)
+            ]
+            return context.make_tuple(builder, kind, parts)
+        return value
+
+    def generate(context, builder, signature, values):
+        return strip(context, builder, signature.args[0], values[0])
+
+    return arrays(arrays), generate
+
+
+def uncounted(arrays: Any) -> Any:
+    """An array or a (named) tuple with arrays in it, to which an entry counts no references, nor to views of them.
+
+    Counting takes 20 cycles each time, several times in a sweep. Whoever calls the entry holds the arrays meanwhile,
+    and it must not return one of them.
+    """
+    return arrays
+
+
+@overload(uncounted)
+def _compile_uncounted(arrays):
+    return lambda arrays: _uncounted(arrays)
 
 
 class _Part(JITCodeLibrary):

@@ -20,27 +20,34 @@ def wrap(angle):
 def ground_between(height, column, row, ahead_x, ahead_y, limit):
     """Ground height [m] at a point `column`, `row` cells from the centre of cell (0, 0); the rest is as in `ground_at`,
     in cells.
+
+    Both ways to get it are gone and one is taken, because a jump that is guessed wrong costs more.
     """
     rows, cols = height.shape
     column = 0.0 if column < 0.0 else (cols - 1.0 if column > cols - 1.0 else column)
     row = 0.0 if row < 0.0 else (rows - 1.0 if row > rows - 1.0 else row)
     c, r = int(column), int(row)
     fx, fy = column - c, row - r
+    left, right = np.uint64(c), np.uint64(min(c + 1, cols - 1))
+    low, high = np.uint64(r), np.uint64(min(r + 1, rows - 1))
+    low_left, low_right, high_left, high_right = (
+        height[low, left], height[low, right], height[high, left], height[high, right],
+    )  # fmt: skip
+    below = low_left + fx * (low_right - low_left)
+    above = high_left + fx * (high_right - high_left)
+    between = below + fy * (above - below)
     ahead = c * ahead_x + r * ahead_y
     span = (ahead_x if ahead_x > 0.0 else 0.0) + (ahead_y if ahead_y > 0.0 else 0.0)
-    if c + 1 < cols and r + 1 < rows and ahead + span <= limit:  # as nearly always
-        i, j, one = np.uint64(r), np.uint64(c), np.uint64(1)
-        below = height[i, j] + fx * (height[i, j + one] - height[i, j])
-        above = height[i + one, j] + fx * (height[i + one, j + one] - height[i + one, j])
-        return below + fy * (above - below)
-    total = weights = 0.0
-    for i in range(2):
-        for j in range(2):
-            weight = (fy if i else 1 - fy) * (fx if j else 1 - fx)
-            if weight > 0 and ahead + j * ahead_x + i * ahead_y <= limit:
-                total += weight * height[r + i, c + j]
-                weights += weight
-    return total / weights if weights > 1e-9 else float(height[r, c])
+    is_whole = (c + 1 < cols) & (r + 1 < rows) & (ahead + span <= limit)  # all four of them are on the map and behind
+    weight = (1.0 - fy) * (1.0 - fx) if ahead <= limit else 0.0
+    total, weights = weight * low_left, weight
+    weight = (1.0 - fy) * fx if ahead + ahead_x <= limit else 0.0
+    total, weights = total + weight * low_right, weights + weight
+    weight = fy * (1.0 - fx) if ahead + ahead_y <= limit else 0.0
+    total, weights = total + weight * high_left, weights + weight
+    weight = fy * fx if ahead + ahead_x + ahead_y <= limit else 0.0
+    total, weights = total + weight * high_right, weights + weight
+    return between if is_whole else (total / weights if weights > 1e-9 else float(low_left))
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 
 from dirt_env.sim.bank import bank_of, loosen
 from dirt_env.sim.blade import Line, blocked_links
-from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.jit import entry, kernel, uncounted
 from dirt_env.sim.laws import RATE, link_excess, quantise, slump_share
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.state import World
@@ -241,6 +241,7 @@ def relax(
 @entry
 def settle_window(world: World, grid: Grid, soil: Soil, line: Line, zones: Zones | None = None) -> int:
     """Relax what is pending of a world whose blade is up; returns the sweeps it took."""
+    world, zones = uncounted(world), uncounted(zones)
     sweeps, lost = relax(
         world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
         world.pending, grid.cell, soil, world.quantum, line, False, soil.max_sweeps,

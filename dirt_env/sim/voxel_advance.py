@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.advance import blade_line, measure_load, place, stand, work_of_way
-from dirt_env.sim.blade import box_around, highest
+from dirt_env.sim.blade import box_around, stands_above
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.machine import drive
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
@@ -162,17 +162,17 @@ def place_on_voxels(
 
 
 @kernel
-def push_soil(world, grid, rules, line, forward, turn, totals):
+def push_soil(world, grid, rules, line, forward, turn, tally):
     """The blade's constraints of one substep; nothing is altered by a blade in the air.
 
     Returns whether it touches soil.
     """
     box = box_around(line, grid.cell)
-    touches = highest(world.surface, box) > line.edge - abs(line.roll) * line.half
+    touches = stands_above(world.surface, box, line.edge - abs(line.roll) * line.half)
     if touches:
         occupy(
             world.fill, world.incoming, world.life, world.active, world.bottom, world.dy, grid.cell, line, forward,
-            turn, rules, totals,
+            turn, rules, tally,
         )  # fmt: skip
         widen(world.touched, world.active[0], world.active[1], world.active[2], world.active[3])
     return touches
@@ -197,7 +197,8 @@ def advance_voxels(
     pose, tally = world.machine[0], world.tally[0]
     pieces = substeps(command.speed, command.yaw_rate, dt, grid.cell, blade)
     period, wanted = dt / pieces, int(round(pace * dt))
-    totals = np.zeros(4)
+    tally.cut = tally.stuck = 0.0
+    tally.sweeps = 0
     before = soil_in(world) if world.outside is not None else 0.0
     distance = turned = held = work = 0.0
     for k in range(pieces):
@@ -211,14 +212,13 @@ def advance_voxels(
         largest = machine.edge_rate * period
         pose.edge += min(max(command.edge - pose.edge, -largest), largest)
         stand_on(world, grid.cell, pose, blade, machine, rules)
-        touches = push_soil(world, grid, rules, blade_line(pose, blade), went, swung, totals)
+        touches = push_soil(world, grid, rules, blade_line(pose, blade), went, swung, tally)
         if touches and went != 0.0:
             work += work_of_way(world.height, world.solid, pose, grid.cell, soil, blade, went)
-        totals[3] += run_updates(world, rules, (k + 1) * wanted // pieces - k * wanted // pieces)
+        tally.sweeps += run_updates(world, rules, (k + 1) * wanted // pieces - k * wanted // pieces)
     measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     lost = before - soil_in(world) if world.outside is not None else 0.0
     area = grid.cell**2
     tally.distance, tally.work, tally.energy, tally.blocked = abs(distance), work, work, held
-    tally.cut, tally.lost, tally.stuck = totals[0] * area, lost * area * world.dy, totals[2] * area
-    tally.sweeps = int(totals[3])
+    tally.cut, tally.lost, tally.stuck = tally.cut * area, lost * area * world.dy, tally.stuck * area

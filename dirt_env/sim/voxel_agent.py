@@ -121,10 +121,11 @@ def put_ahead(incoming, life, active, line, cell, side, lock, r, c, m, amount):
 
 
 @kernel
-def occupy(fill, incoming, life, active, bottom, dy, cell, line, forward, turn, rules, totals):
+def occupy(fill, incoming, life, active, bottom, dy, cell, line, forward, turn, rules, tally):
     """Set the blade's constraints for one substep and displace the fill they meet.
 
-    `forward` m and `turn` rad are what the machine did. Adds to `totals` the heights [m of one column] moved and stuck.
+    `forward` m and `turn` rad are what the machine did. Adds to the record `tally` what it cut and
+    what is stuck [m of one column].
     """
     rows, cols, high = fill.shape
     b0, b1, b2, b3 = box_around(line, cell)
@@ -151,6 +152,6 @@ def occupy(fill, incoming, life, active, bottom, dy, cell, line, forward, turn, 
                     continue
                 if put_ahead(incoming, life, active, line, cell, side, lock, r, c, m, amount):
                     fill[r, c, m], incoming[r, c, m] = here - amount, 0.0
-                    totals[0] += amount * dy
+                    tally.cut += amount * dy
                 else:
-                    totals[2] += amount * dy
+                    tally.stuck += amount * dy

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dirt_env.sim.advance import step
-from dirt_env.sim.jit import entry
+from dirt_env.sim.jit import entry, uncounted
 from dirt_env.sim.params import Command
 from dirt_env.task.batch import Batch, Scratch, at, bank_at, blade_of, grid_of, machine_of, pull_at, soil_of, zones_at
 
@@ -14,6 +14,7 @@ def drive_worlds(batch: Batch, scratch: Scratch, commands: np.ndarray, done: np.
 
     Adds to done f8[2] what all worlds have cut [m3] and their sweeps.
     """
+    batch, scratch = uncounted(batch), uncounted(scratch)
     for t in range(commands.shape[0]):
         for w in range(commands.shape[1]):
             scene, command = batch.scenes[w], commands[t, w]

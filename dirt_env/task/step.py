@@ -3,7 +3,7 @@
 import numpy as np
 
 from dirt_env.sim.advance import step
-from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.jit import entry, kernel, uncounted
 from dirt_env.task.actions import command_of
 from dirt_env.task.batch import (
     Batch,
@@ -75,6 +75,7 @@ def step_worlds(
     Row w - base of actions f8[m, 3], of the arrays of `sight` and column w - base of figures f8[FIGURES, m] are those
     of world w. Idle worlds leave theirs as they are.
     """
+    batch, scratch, sight = uncounted(batch), uncounted(scratch), uncounted(sight)
     for begin in range(first, last, TOGETHER):
         end = min(begin + TOGETHER, last)
         if scratch is not None and phase == ADVANCE:

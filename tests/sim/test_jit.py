@@ -215,6 +215,20 @@ def test_without_compilation_the_functions_are_plain_python(plough):
     assert not plough.cache.exists()
 
 
+def test_no_references_are_counted_while_a_blade_is_dragged(tmp_path):
+    code = """
+import numpy as np
+from dirt_env.sim.drag import drag
+from dirt_env.sim.params import Grid, Soil
+from dirt_env.sim.state import make_world
+grid = Grid(20, 20, 0.5)
+drag(make_world(np.zeros((20, 20)), grid), grid, Soil(0.7, 1500.0, 0.7), np.ones((2, 8)))
+print("call void @NRT_incref" in drag.inspect_llvm(drag.signatures[0]))
+"""
+    variables = os.environ | {"DIRT_ENV_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    assert subprocess.check_output([sys.executable, "-c", code], env=variables, text=True) == "False\n"
+
+
 def test_versions_that_nothing_was_compiled_for_in_a_month_are_removed(plough):
     for name, age in {"old": 40, "young": 2}.items():
         (plough.cache / name).mkdir(parents=True)

@@ -9,7 +9,7 @@ from dirt_env.sim.advance import move_soil, settle
 from dirt_env.sim.bank import bank_of
 from dirt_env.sim.blade import Line
 from dirt_env.sim.params import Grid, Soil
-from dirt_env.sim.state import make_world
+from dirt_env.sim.state import TALLY, make_world
 from dirt_env.sim.traction import PULL
 from dirt_env.sim.zones import SOILS, Zones
 
@@ -48,18 +48,18 @@ def line_at(x, y, heading, width=3.0, edge=0.0, height=1.0, roll=0.0):
 
 
 def sweep_blade(world, grid, lines, soil=SOIL):
-    """Move the blade from line to line through the soil; returns (moved, lost, stuck, sweeps), heights of one cell."""
-    totals, sweeps = np.zeros(4), 0.0
+    """Move the blade from line to line through the soil; returns the tally, of heights [m of one cell]."""
+    tally, sweeps = np.zeros(1, TALLY)[0], 0
     for old, new in pairwise(lines):
-        totals[3] = 0.0
+        tally.sweeps = 0
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-            world.pending, grid.cell, soil, world.quantum, old, new, totals,
+            world.pending, grid.cell, soil, world.quantum, old, new, tally,
             None, bank_of(world.bank, world.natural, soil.swell),
         )  # fmt: skip
-        sweeps += totals[3]
-    totals[3] = sweeps
-    return totals
+        sweeps += tally.sweeps
+    tally.sweeps = sweeps
+    return tally
 
 
 def straight(x0, y0, heading, distance, stride, **blade):
