@@ -11,7 +11,7 @@ from dirt_env.sim.laws import quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
-NEAR = 1e-9  # cells
+NEAR = 1e-6  # cells
 EVERYWHERE = 2**40  # more columns than any map has
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
 
@@ -90,16 +90,29 @@ def cells_between(old, new, cell):
 
 
 @kernel
-def columns_between(old, new, cell, r):
-    """(first, end) of the columns of row r whose cell centres lie between the blade's two lines, both endless, or so
-    close to one (NEAR) that rounding decides. Lines along the row, or nearly so, have all columns.
+def course(line, cell):
+    """(column, slope): the blade's endless line is at `column` + `slope` * r on the centre of row r, in cells from the
+    centre of cell (0, 0).
     """
-    if min(old.ahead_x * new.ahead_x, abs(old.ahead_x), abs(new.ahead_x)) < 0.01:
+    slope = -line.ahead_y / line.ahead_x
+    return (line.x - slope * line.y) / cell - 0.5 + 0.5 * slope, slope
+
+
+@kernel
+def is_along_rows(old, new):
+    """Whether one of two lines lies along the rows, or nearly so, or a turn from one to the other goes past them."""
+    return min(old.ahead_x * new.ahead_x, abs(old.ahead_x), abs(new.ahead_x)) < 0.01
+
+
+@kernel
+def columns_between(old, new, along_rows, r):
+    """(first, end) of the columns of row r whose cell centres lie between two courses, or so close to one (NEAR) that
+    rounding decides; all of them where courses are `along_rows`.
+    """
+    if along_rows:
         return -EVERYWHERE, EVERYWHERE
-    y = (r + 0.5) * cell
-    old_x = (old.x - (y - old.y) * old.ahead_y / old.ahead_x) / cell - 0.5
-    new_x = (new.x - (y - new.y) * new.ahead_y / new.ahead_x) / cell - 0.5
-    return int(ceil(min(old_x, new_x) - NEAR)), int(floor(max(old_x, new_x) + NEAR)) + 1
+    old_column, new_column = old[0] + old[1] * r, new[0] + new[1] * r
+    return int(ceil(min(old_column, new_column) - NEAR)), int(floor(max(old_column, new_column) + NEAR)) + 1
 
 
 @kernel
@@ -115,9 +128,10 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
     far = cell * (abs(line.ahead_x) + abs(line.ahead_y))
     one, row = np.uint64(1), np.uint64(stride)
     count = 0
-    first, end = columns_between(line, line, cell, max(r0, b0))
+    way, along_rows = course(line, cell), is_along_rows(line, line)
+    first, end = columns_between(way, way, along_rows, max(r0, b0))
     for r in range(max(r0, b0), min(r1, b1)):
-        first_above, end_above = columns_between(line, line, cell, r + 1)
+        first_above, end_above = columns_between(way, way, along_rows, r + 1)
         for c in range(max(c0, b2, min(first, first_above) - 1), min(c1, b3, max(end, end_above))):
             p = np.uint64((r - r0 + 1) * stride + c - c0)
             ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
@@ -207,16 +221,17 @@ def deposit(height, solid, outside, line, cell, lock, side, r, c, amount):
 def scrape(height, solid, outside, old, new, cell, lock, tally, bank=None):
     """Cut and carry: every cell whose centre the blade crosses on its way from `old` to `new` gives min(h, top) - edge.
 
-    The soil goes to the side the blade moves to, so that back-blading works. Adds to the record `tally` what it cuts, what
-    is lost over an open border, and what is stuck because nothing could take it [m of one cell]. Bank soil has swollen
-    when it is put down. Returns whether any moved.
+    The soil goes to the side the blade moves to, so that back-blading works. Adds to the record `tally` what it cuts,
+    what is lost over an open border, and what is stuck because nothing could take it [m of one cell]. Bank soil has
+    swollen when it is put down. Returns whether any moved.
     """
     rows, cols = height.shape
     moved = False
     real = height.dtype.type
     r0, r1, c0, c1 = cells_between(old, new, cell)
+    way, new_way, along_rows = course(old, cell), course(new, cell), is_along_rows(old, new)
     for r in range(max(r0, 0), min(r1, rows)):
-        first, end = columns_between(old, new, cell, r)
+        first, end = columns_between(way, new_way, along_rows, r)
         for c in range(max(c0, first, 0), min(c1, end, cols)):
             x, y = (c + 0.5) * cell, (r + 0.5) * cell
             ahead_0, left_0 = blade_frame(old, x, y)

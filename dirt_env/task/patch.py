@@ -14,6 +14,7 @@ from dirt_env.task.kinds import SOLID, least_todo, todo
 
 HEIGHT, TODO, WALLS = range(3)
 CHANNELS = ("height", "todo", "walls")
+SURE = 1e-6  # cells that a corner of the patch must be clear of a border for it not to be looked at
 
 
 @kernel
@@ -45,12 +46,7 @@ def fill_patch(height, job, pose, cell, view, patch):
             else:
                 _fetch_todo(heights, aims, numbers, pixels)
             _clip_todo(job.limit, job.goal_depth, pixels)
-    for i in range(size):
-        x0, y0 = _row_start(x, y, ahead, left, east, north, i)
-        if not (_is_inside(x0, north, size, cols) and _is_inside(y0, -east, size, rows)):
-            first, end = run_inside(x0, north, cols, size)
-            first_too, end_too = run_inside(y0, -east, rows, size)
-            _paint_outside(channels, view.beyond, patch, i, max(first, first_too), min(end, end_too))
+    _paint_outside(channels, view.beyond, x, y, ahead, left, east, north, rows, cols, patch)
 
 
 @kernel
@@ -69,7 +65,45 @@ def _number_row(x, north, y, east, rows, cols, number, i):
 
 
 @kernel
-def _paint_outside(channels, beyond, patch, i, first, end):
+def _paint_outside(channels, beyond, x, y, ahead, left, east, north, rows, cols, patch):
+    """Make the pixels outside the site those of ground outside; only borders that the patch's corners lie beyond count.
+
+    Along a row of pixels x goes up by `north` each, and y by -`east`.
+    """
+    size = patch.shape[1]
+    corner_x, corner_y = _row_start(x, y, ahead, left, east, north, 0)
+    right_x, right_y, down_x, down_y = (size - 1) * north, -(size - 1) * east, -(size - 1) * east, -(size - 1) * north
+    west = corner_x + min(right_x, 0.0) + min(down_x, 0.0) < SURE
+    past_east = corner_x + max(right_x, 0.0) + max(down_x, 0.0) > cols - SURE
+    south = corner_y + min(right_y, 0.0) + min(down_y, 0.0) < SURE
+    past_north = corner_y + max(right_y, 0.0) + max(down_y, 0.0) > rows - SURE
+    if not (west or past_east or south or past_north):
+        return
+    per_x, per_y = 1.0 / north, -1.0 / east
+    for i in range(size):
+        x0, y0 = _row_start(x, y, ahead, left, east, north, i)
+        first, end = 0, size
+        if west:
+            first, end = _keep(first, end, x0, north, per_x, 0.0, size, north >= 0.0)
+        if past_east:
+            first, end = _keep(first, end, x0, north, per_x, float(cols), size, north < 0.0)
+        if south:
+            first, end = _keep(first, end, y0, -east, per_y, 0.0, size, east <= 0.0)
+        if past_north:
+            first, end = _keep(first, end, y0, -east, per_y, float(rows), size, east > 0.0)
+        if first > 0 or end < size:
+            _paint(channels, beyond, patch, i, first, end)
+
+
+@kernel
+def _keep(first, end, start, slope, per_slope, level, count, is_after):
+    """The run [first, end) of a row's pixels, cut where start + j slope crosses a level: kept is what comes after."""
+    crossing = _crossing(start, slope, per_slope, level, count)
+    return (max(first, crossing), end) if is_after else (first, min(end, crossing))
+
+
+@kernel
+def _paint(channels, beyond, patch, i, first, end):
     """Make the pixels of row i before `first` and from `end` on, or all of them, those of ground outside the site."""
     size = patch.shape[1]
     for k in range(len(channels)):
@@ -81,29 +115,15 @@ def _paint_outside(channels, beyond, patch, i, first, end):
 
 
 @kernel
-def _is_inside(start, slope, count, length):
-    """Whether start + j slope lies in [0, length) for all j of [0, count)."""
-    end = start + (count - 1) * slope
-    return start >= 0.0 and start < length and end >= 0.0 and end < length
-
-
-@kernel
-def run_inside(start, slope, length, count):
-    """(first, end) of the j in [0, count) with start + j slope in [0, length); end <= first if there are none."""
-    near, far = _crossing(start, slope, 0.0, count), _crossing(start, slope, float(length), count)
-    return min(near, far), max(near, far)
-
-
-@kernel
-def _crossing(start, slope, level, count):
+def _crossing(start, slope, per_slope, level, count):
     """The first j of [0, count) where start + j slope has come to the level, or if it falls, below it; else `count`.
 
-    A division finds it, and the numbers themselves put right what it rounded.
+    `per_slope`, one over the slope, finds it, and the numbers themselves put right what it rounded.
     """
     rising = slope >= 0.0
     j = 0 if (start >= level) == rising else count
     if abs(slope) > 1e-6:
-        j = int(min(max((level - start) / slope, 0.0), float(count)))
+        j = int(min(max((level - start) * per_slope, 0.0), float(count)))
     while j > 0 and (start + (j - 1) * slope >= level) == rising:
         j -= 1
     while j < count and (start + j * slope >= level) != rising:
