@@ -96,8 +96,9 @@ def _add_block(height, target, haul, kind, r0, c0, block, bank):
     """
     rows, cols = height.shape
     way = over = stray = gain = lack = square = 0.0
-    for r in range(r0, min(r0 + SIDE, rows)):
-        for c in range(c0, min(c0 + SIDE, cols)):
+    for i in range(r0, min(r0 + SIDE, rows)):
+        for j in range(c0, min(c0 + SIDE, cols)):
+            r, c = np.uint64(i), np.uint64(j)
             off = np.float64(height[r, c] - target[r, c])
             error = gained = off
             if bank is not None:
@@ -106,14 +107,13 @@ def _add_block(height, target, haul, kind, r0, c0, block, bank):
                 gained = bank_gain(np.float64(height[r, c]), bank.now[r, c], bank.natural[r, c], target[r, c], share)
             elif off == 0.0:
                 continue
-            if off > 0.0:
-                way += off * haul[r, c]
-                over += off if kind[r, c] & OUTSIDE else 0.0
-                stray += off if kind[r, c] & STRAY else 0.0
-            gain += gained if kind[r, c] & GOAL else 0.0
-            if kind[r, c] & DESIGN:
-                lack += max(-off, 0.0)
-                square += error * error
+            is_kind, above = kind[r, c], max(off, 0.0)
+            way += above * haul[r, c]
+            over += above if is_kind & OUTSIDE else 0.0
+            stray += above if is_kind & STRAY else 0.0
+            gain += gained if is_kind & GOAL else 0.0
+            lack += max(-off, 0.0) if is_kind & DESIGN else 0.0
+            square += error * error if is_kind & DESIGN else 0.0
     block[0], block[1], block[2], block[3], block[4], block[5] = way, over, stray, gain, lack, square
 
 
