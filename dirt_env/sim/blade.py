@@ -124,31 +124,39 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
     """
     r0, r1, c0, c1 = window
     b0, b1, b2, b3 = cells_between(line, line, cell)
-    real = levels.dtype.type
-    far = cell * (abs(line.ahead_x) + abs(line.ahead_y))
-    one, row = np.uint64(1), np.uint64(stride)
-    count = 0
+    left, right = max(c0, b2), min(c1, b3)
     way, along_rows = course(line, cell), is_along_rows(line, line)
     first, end = columns_between(way, way, along_rows, max(r0, b0))
+    count = 0
     for r in range(max(r0, b0), min(r1, b1)):
+        base = (r - r0 + 1) * stride - c0
+        for c in range(max(left, first - 1), min(right, end)):
+            p = np.uint64(base + c)
+            count += close_link(line, cell, start, stop, buffers, links, levels, count, r, c, 1, p, np.uint64(1))
         first_above, end_above = columns_between(way, way, along_rows, r + 1)
-        for c in range(max(c0, b2, min(first, first_above) - 1), min(c1, b3, max(end, end_above))):
-            p = np.uint64((r - r0 + 1) * stride + c - c0)
-            ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
-            is_swept = (start <= p) & (p < stop)
-            for along_x in range(2):
-                mask, q = (OPEN_X, p + one) if along_x else (OPEN_Y, p + row)
-                ahead_q, left_q = blade_frame(line, (c + along_x + 0.5) * cell, (r - along_x + 1.5) * cell)
-                u = crossing(ahead, left, ahead_q, left_q)
-                crosses = ((ahead > 0) != (ahead_q > 0)) & (abs(ahead) <= far) & (abs(u) <= line.half)
-                crosses &= buffers[mask, p] != 0
-                buffers[mask, p] = 0 if crosses else buffers[mask, p]
-                links[count, 0], links[count, 1], links[count, 2] = p, q, along_x
-                levels[count, 0] = real(line.edge + line.roll * u)
-                levels[count, 1] = real(line.edge + line.roll * u + line.height)
-                count += crosses & is_swept & ((along_x == 1) | (buffers[RATE_Y, p] != 0))
+        for c in range(max(left, min(first, first_above)), min(right, max(end, end_above))):
+            p = np.uint64(base + c)
+            count += close_link(line, cell, start, stop, buffers, links, levels, count, r, c, 0, p, np.uint64(stride))
         first, end = first_above, end_above
     return count
+
+
+@kernel
+def close_link(line, cell, start, stop, buffers, links, levels, count, r, c, along_x, p, step):
+    """Close the link of cell (r, c), at place p, to the next cell `along_x` or not, if it crosses the blade. Returns 1
+    if it is swept: then it is entry number `count` of the list, else what is written there is to be written over.
+    """
+    real = levels.dtype.type
+    mask = OPEN_X if along_x else OPEN_Y
+    ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+    ahead_q, left_q = blade_frame(line, (c + along_x + 0.5) * cell, (r - along_x + 1.5) * cell)
+    u = crossing(ahead, left, ahead_q, left_q)
+    crosses = ((ahead > 0) != (ahead_q > 0)) & (abs(u) <= line.half) & (buffers[mask, p] != 0)
+    buffers[mask, p] = 0 if crosses else buffers[mask, p]
+    links[count, 0], links[count, 1], links[count, 2] = p, p + step, along_x
+    levels[count, 0] = real(line.edge + line.roll * u)
+    levels[count, 1] = real(line.edge + line.roll * u + line.height)
+    return crosses & (start <= p) & (p < stop) & ((along_x == 1) | (buffers[RATE_Y, p] != 0))
 
 
 @kernel
