@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import dirt_env  # noqa: F401
 from dirt_env.env import DirtPushEnv
+from dirt_env.task.step import MANY
 
 QUICK = {  # a small heap right before a goal, the machine behind it: some worlds are done after a few pushes
     "scene": {
@@ -112,6 +113,18 @@ def test_any_number_of_threads_gives_the_same(threads):
     with_threads, with_one = native(70, threads=threads, **options), native(70, threads=1, **options)
     assert assert_same_play(with_threads, with_one, steps=8) >= 70
     with_threads.close()
+
+
+def test_worlds_of_a_large_batch_do_what_those_of_a_small_one_do():
+    large, small = native(MANY, info="none", **QUICK), native(4, info="none", **QUICK)
+    last = np.arange(MANY)[-4:]
+    large.reset(seed=range(MANY))
+    small.reset(seed=last.tolist())
+    for action in actions(MANY, 6):
+        seen, reward, *_ = large.step(action)
+        expected, expected_reward, *_ = small.step(action[last])
+        assert_equal({name: part[last] for name, part in seen.items()}, expected)
+        np.testing.assert_array_equal(reward[last], expected_reward)
 
 
 @settings(max_examples=8, deadline=None)

@@ -120,6 +120,31 @@ def _compile_uncounted(arrays):
     return lambda arrays: _uncounted(arrays)
 
 
+@intrinsic
+def _prefetch(context: Any, array: Any, place: Any) -> tuple:
+    """Ask for the cache line of an element of a contiguous array."""
+
+    def generate(context, builder, signature, values):
+        data = context.make_array(signature.args[0])(context, builder, values[0]).data
+        word = cgutils.int32_t
+        kind = cgutils.ir.FunctionType(cgutils.ir.VoidType(), [cgutils.voidptr_t, word, word, word])
+        ask = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        line = builder.bitcast(builder.gep(data, [values[1]]), cgutils.voidptr_t)
+        builder.call(ask, [line, word(0), word(2), word(1)])  # to be read, not from the nearest cache, data
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp), generate
+
+
+def prefetch(array: Any, place: int) -> None:
+    """Ask for the element at `place` of a flat array, so that it is in the caches when it is needed a little later."""
+
+
+@overload(prefetch)
+def _compile_prefetch(array, place):
+    return lambda array, place: _prefetch(array, place)
+
+
 class _Part(JITCodeLibrary):
     """The code of a kernel that other kernels link in: neither optimised nor made machine code, as they will be.
 

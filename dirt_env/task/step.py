@@ -23,6 +23,7 @@ from dirt_env.task.batch import (
 )
 from dirt_env.task.goal import measure
 from dirt_env.task.observation import Sight, observe
+from dirt_env.task.prefetch import prefetch_world
 from dirt_env.task.reward import TERMS, Scale, ToDo, reward_terms
 
 INFO = (
@@ -50,6 +51,7 @@ FIGURES = (*INFO, *TERMS, "reward")
 
 SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
 ADVANCE, BOOK, SHOW = range(3)  # phases of a step
+MANY = 400  # worlds of a batch, of which what a step reads is no longer all in the caches
 TOGETHER = 8  # worlds that go through each phase one after the other, while its code and their data are in the caches
 
 
@@ -76,10 +78,16 @@ def step_worlds(
     of world w. Idle worlds leave theirs as they are.
     """
     batch, scratch, sight = uncounted(batch), uncounted(scratch), uncounted(sight)
+    is_large, size = len(batch.height) >= MANY, sight.patch.shape[-1]
+    if is_large:
+        for w in range(first, min(first + TOGETHER, last)):
+            prefetch_world(batch, w, size)
     for begin in range(first, last, TOGETHER):
         end = min(begin + TOGETHER, last)
         if scratch is not None and phase == ADVANCE:
             for w in range(begin, end):
+                if is_large and w + TOGETHER < last:
+                    prefetch_world(batch, w + TOGETHER, size)
                 if not idle[w - base]:
                     scene = batch.scenes[w]
                     action, machine = actions[w - base], machine_of(scene)

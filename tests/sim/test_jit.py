@@ -229,6 +229,19 @@ print("call void @NRT_incref" in drag.inspect_llvm(drag.signatures[0]))
     assert subprocess.check_output([sys.executable, "-c", code], env=variables, text=True) == "False\n"
 
 
+def test_what_is_asked_for_in_good_time_is_asked_for_by_the_machine_code(plough):
+    body = "@entry\ndef ask(field):\n    prefetch(field, 3)\n    return field[3]\n"
+    (plough.law.parent / "asking.py").write_text("from plough.sim.jit import entry, prefetch\n" + body)
+    code = """
+from plough.sim.asking import ask
+field = np.arange(4.0)
+print(json.dumps([ask(field), "llvm.prefetch" in ask.inspect_llvm(ask.signatures[0])]))
+"""
+    assert plough.run(code) == [[3.0, True]]
+    code = "from plough.sim.asking import ask\nassert ask(np.arange(4.0)) == 3.0"
+    assert plough.run(code, NUMBA_DISABLE_JIT="1") == []
+
+
 def test_versions_that_nothing_was_compiled_for_in_a_month_are_removed(plough):
     for name, age in {"old": 40, "young": 2}.items():
         (plough.cache / name).mkdir(parents=True)
