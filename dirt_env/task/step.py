@@ -78,16 +78,13 @@ def step_worlds(
     of world w. Idle worlds leave theirs as they are.
     """
     batch, scratch, sight = uncounted(batch), uncounted(scratch), uncounted(sight)
-    is_large, size = len(batch.height) >= MANY, sight.patch.shape[-1]
-    if is_large:
-        for w in range(first, min(first + TOGETHER, last)):
-            prefetch_world(batch, w, size)
-    for begin in range(first, last, TOGETHER):
-        end = min(begin + TOGETHER, last)
+    for ready in range(first, last + TOGETHER, TOGETHER):
+        if len(batch.height) >= MANY:
+            for w in range(ready, min(ready + TOGETHER, last)):
+                prefetch_world(batch, w, sight.patch.shape[-1])
+        begin, end = max(ready - TOGETHER, first), min(ready, last)
         if scratch is not None and phase == ADVANCE:
             for w in range(begin, end):
-                if is_large and w + TOGETHER < last:
-                    prefetch_world(batch, w + TOGETHER, size)
                 if not idle[w - base]:
                     scene = batch.scenes[w]
                     action, machine = actions[w - base], machine_of(scene)
