@@ -77,13 +77,14 @@ def step_worlds(
     Row w - base of actions f8[m, 3], of the arrays of `sight` and column w - base of figures f8[FIGURES, m] are those
     of world w. Idle worlds leave theirs as they are.
     """
-    batch, scratch, sight = uncounted(batch), uncounted(scratch), uncounted(sight)
+    batch, sight = uncounted(batch), uncounted(sight)
     for ready in range(first, last + TOGETHER, TOGETHER):
         if len(batch.height) >= MANY:
             for w in range(ready, min(ready + TOGETHER, last)):
                 prefetch_world(batch, w, sight.patch.shape[-1])
         begin, end = max(ready - TOGETHER, first), min(ready, last)
         if scratch is not None and phase == ADVANCE:
+            space = uncounted(scratch)
             for w in range(begin, end):
                 if not idle[w - base]:
                     scene = batch.scenes[w]
@@ -91,7 +92,7 @@ def step_worlds(
                     command = command_of(action[0], action[1], action[2], machine)
                     step(
                         batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
-                        scratch.buffers, scratch.links, scratch.link_levels, batch.changed[w], batch.pending[w],
+                        space.buffers, space.links, space.link_levels, batch.changed[w], batch.pending[w],
                         batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine,
                         command, scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
                         zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
