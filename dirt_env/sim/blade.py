@@ -1,6 +1,6 @@
 """The blade: a vertical plate that cuts what it crosses, carries it ahead, and closes the links it stands across."""
 
-from math import ceil, cos, floor, sin
+from math import ceil, cos, floor, inf, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -57,8 +57,11 @@ def blade_frame(line, x, y):
 
 @kernel
 def crossing(ahead_0, left_0, ahead_1, left_1):
-    """Where the segment between two points meets the blade's line, metres left of its centre; they lie on two sides."""
-    return left_0 + (left_1 - left_0) * ahead_0 / (ahead_0 - ahead_1)
+    """Where the segment between two points meets the blade's line, metres left of its centre; nowhere, or anywhere, if
+    they do not lie on two sides of it.
+    """
+    apart = ahead_0 - ahead_1
+    return left_0 + (left_1 - left_0) * ahead_0 / apart if apart != 0.0 else inf
 
 
 @kernel
@@ -92,9 +95,9 @@ def cells_between(old, new, cell):
 @kernel
 def course(line, cell):
     """(column, slope): the blade's endless line is at `column` + `slope` * r on the centre of row r, in cells from the
-    centre of cell (0, 0).
+    centre of cell (0, 0). Of no use for a line along the rows, see `is_along_rows`.
     """
-    slope = -line.ahead_y / line.ahead_x
+    slope = -line.ahead_y / line.ahead_x if line.ahead_x != 0.0 else 0.0
     return (line.x - slope * line.y) / cell - 0.5 + 0.5 * slope, slope
 
 

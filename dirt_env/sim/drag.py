@@ -20,10 +20,11 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
     """Move a blade through the soil from line to line, f8[n, 8], fields as in `blade.Line`; returns the sweeps.
 
     Lines should lie no more than half a cell apart, as those of `advance` do. Two equal ones let soil slump against a
-    blade that stands.
+    blade that stands. `world.tally` then holds what was cut, lost and stuck, and the sweeps, as after `advance`.
     """
     world, lines = uncounted(world), uncounted(lines)
     tally, sweeps = world.tally[0], 0
+    tally.cut = tally.lost = tally.stuck = 0.0
     for k in range(1, lines.shape[0]):
         tally.sweeps = 0
         old, new = line_from(lines[k - 1]), line_from(lines[k])
@@ -32,6 +33,8 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
             world.pending, grid.cell, soil, world.quantum, old, new, tally,
         )  # fmt: skip
         sweeps += tally.sweeps
+    area = grid.cell**2
+    tally.cut, tally.lost, tally.stuck, tally.sweeps = area * tally.cut, area * tally.lost, area * tally.stuck, sweeps
     return sweeps
 
 

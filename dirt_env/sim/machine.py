@@ -21,7 +21,7 @@ def ground_between(height, column, row, ahead_x, ahead_y, limit):
     """Ground height [m] at a point `column`, `row` cells from the centre of cell (0, 0); the rest is as in `ground_at`,
     in cells.
 
-    Both ways to get it are gone and one is taken, because a jump that is guessed wrong costs more.
+    It is computed in both ways and one of the results taken: a jump that is guessed wrong costs more.
     """
     rows, cols = height.shape
     column = 0.0 if column < 0.0 else (cols - 1.0 if column > cols - 1.0 else column)

@@ -79,7 +79,7 @@ def _paint_outside(channels, beyond, x, y, ahead, left, east, north, rows, cols,
     past_north = corner_y + max(right_y, 0.0) + max(down_y, 0.0) > rows - SURE
     if not (west or past_east or south or past_north):
         return
-    per_x, per_y = 1.0 / north, -1.0 / east
+    per_x, per_y = 1.0 / north if north != 0.0 else 0.0, -1.0 / east if east != 0.0 else 0.0
     for i in range(size):
         x0, y0 = _row_start(x, y, ahead, left, east, north, i)
         first, end = 0, size

@@ -12,8 +12,9 @@ def test_dragging_along_lines_is_dragging_from_line_to_line():
     ground = np.full((20, 40), 0.2)
     (one, grid), (other, _) = world_of(ground), world_of(ground)
     lines = straight(3.0, 5.0, 0.1, 8.0, 0.25)
-    sweeps = drag(one, grid, SOIL, np.array(lines))
-    assert sweeps == sweep_blade(other, grid, lines).sweeps > 0
+    sweeps, expected = drag(one, grid, SOIL, np.array(lines)), sweep_blade(other, grid, lines)
+    assert sweeps == one.tally[0].sweeps == expected.sweeps > 0
+    assert one.tally[0].cut == expected.cut * grid.cell**2 > 0.0
     np.testing.assert_array_equal(one.height, other.height)
     assert one.height.max() > 0.5
 
