@@ -11,7 +11,7 @@ from dirt_env.sim.laws import quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
-NEAR = 1e-6  # cells
+NEAR = 1e-6  # cells, farther than rounding reaches: so close to a cell's centre, a line may be on either side of it
 EVERYWHERE = 2**40  # more columns than any map has
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
 
@@ -85,10 +85,10 @@ def cells_between(old, new, cell):
     old_x, old_y = abs(old.ahead_y) * old.half, abs(old.ahead_x) * old.half
     new_x, new_y = abs(new.ahead_y) * new.half, abs(new.ahead_x) * new.half
     return (
-        int(floor(min(old.y - old_y, new.y - new_y) / cell - 0.5)),
-        int(floor(max(old.y + old_y, new.y + new_y) / cell - 0.5)) + 2,
-        int(floor(min(old.x - old_x, new.x - new_x) / cell - 0.5)),
-        int(floor(max(old.x + old_x, new.x + new_x) / cell - 0.5)) + 2,
+        int(floor(min(old.y - old_y, new.y - new_y) / cell - 0.5 - NEAR)),
+        int(floor(max(old.y + old_y, new.y + new_y) / cell - 0.5 + NEAR)) + 2,
+        int(floor(min(old.x - old_x, new.x - new_x) / cell - 0.5 - NEAR)),
+        int(floor(max(old.x + old_x, new.x + new_x) / cell - 0.5 + NEAR)) + 2,
     )
 
 

@@ -20,7 +20,8 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
     """Move a blade through the soil from line to line, f8[n, 8], fields as in `blade.Line`; returns the sweeps.
 
     Lines should lie no more than half a cell apart, as those of `advance` do. Two equal ones let soil slump against a
-    blade that stands. `world.tally` then holds what was cut, lost and stuck, and the sweeps, as after `advance`.
+    blade that stands. `world.tally` then holds what was cut, lost and stuck, and the sweeps; its other
+    numbers, of a machine, stay as they are.
     """
     world, lines = uncounted(world), uncounted(lines)
     tally, sweeps = world.tally[0], 0

@@ -113,7 +113,9 @@ def make_world(
 def work_space(height: np.ndarray) -> dict[str, np.ndarray]:
     """The WORK_SPACE of a World whose ground has that shape and type."""
     rows, cols = height.shape
-    crossings = rows + cols + 8  # of the blade's segment with the links of the map and its rim
+    crossings = (
+        rows + cols + 8
+    )  # at most rows + cols + 4 links of the map and its rim; the place after the last is used
     return {
         "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4)), height.dtype),
         "links": np.zeros((crossings, 3), np.int64),

@@ -7,7 +7,6 @@ from dirt_env.task.batch import Batch
 
 LINE = 16  # numbers of 4 bytes that come from memory together
 DRIVEN = 2.0  # cells around what is read now, which may be read when the machine has driven on
-ABOUT_BLADE = 2.0  # widths of the blade in which soil moves
 
 
 @kernel
@@ -20,7 +19,7 @@ def prefetch_world(batch: Batch, w: int, size: int) -> None:
     middle, half = (scene.eye.ahead - 0.5) * side, 0.5 * side * turned + DRIVEN
     prefetch_square(batch.height[w], x + middle * ahead_x, y + middle * ahead_y, half)
     prefetch_square(job.aim[w], x + middle * ahead_x, y + middle * ahead_y, half)
-    x, y, half = x + reach * ahead_x, y + reach * ahead_y, 0.5 * ABOUT_BLADE * scene.blade.width / cell
+    x, y, half = x + reach * ahead_x, y + reach * ahead_y, scene.blade.width / cell  # where soil moves
     prefetch_square(job.target[w], x, y, half)
     prefetch_square(job.haul[w], x, y, half)
     prefetch_square(job.kind[w], x, y, half)

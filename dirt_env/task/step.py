@@ -78,7 +78,8 @@ def step_worlds(
     of world w. Idle worlds leave theirs as they are.
     """
     batch, sight = uncounted(batch), uncounted(sight)
-    for ready in range(first, last + TOGETHER, TOGETHER):
+    actions, idle, figures = uncounted(actions), uncounted(idle), uncounted(figures)
+    for ready in range(first, last + TOGETHER, TOGETHER):  # asked for now, stepped in the next round
         if len(batch.height) >= MANY:
             for w in range(ready, min(ready + TOGETHER, last)):
                 prefetch_world(batch, w, sight.patch.shape[-1])

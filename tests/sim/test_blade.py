@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dirt_env.sim.blade import blade_frame, box_around, load_ahead, scrape
+from dirt_env.sim.blade import Line, blade_frame, blocked_links, box_around, load_ahead, scrape
 from dirt_env.sim.diagnostics import volume
 from dirt_env.sim.slump import limits
 from dirt_env.sim.state import TALLY
+from dirt_env.sim.window import pack, swept_rows
 from tests import naive
 from tests.sim.worlds import FINE, SOIL, line_at, straight, sweep_blade, world_of
 
@@ -204,6 +205,38 @@ def test_the_box_around_a_blade_holds_every_link_it_crosses(heading):
         assert r0 <= r < r1
         assert c0 <= c < c1
         assert along_x in (0, 1)
+
+
+def closed_links(blade, n):
+    """(along x, row, column) of the links of a map of n x n cells of 0.5 m that the kernel closes."""
+    world, _ = layer(n, n, 0.0)
+    window = (0, n, 0, n)
+    stride = pack(world.height, None, None, world.buffers, window, 0)
+    first, last = swept_rows(window, n, 0)
+    swept = (first + 1) * stride, (last + 1) * stride
+    count = blocked_links(blade, 0.5, window, stride, *swept, world.buffers, world.links, world.link_levels)
+    return sorted((along_x, p // stride - 1, p % stride) for p, _, along_x in world.links[:count].tolist())
+
+
+@pytest.mark.parametrize("eighth", range(-4, 5))
+def test_a_blade_on_centres_and_borders_of_cells_closes_what_it_crosses(eighth):
+    for x in np.arange(3.0, 4.6, 0.125):
+        for y in (3.0, 3.125, 3.25, 3.75, 4.1):
+            for width in (3.0, 2.0):
+                blade = line_at(x, y, 0.25 * pi * eighth, width=width)
+                assert closed_links(blade, 16) == sorted(link[:3] for link in naive.blocked_links((16, 16), 0.5, blade))
+
+
+def test_a_blade_on_centres_of_cells_carries_the_same_in_all_directions():
+    highest = []
+    for ahead_x, ahead_y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
+        world, grid = layer(40, 40, 0.3)
+        ways = np.arange(-4.0, 4.01, 0.25)
+        lines = [Line(10.25 + s * ahead_x, 10.25 + s * ahead_y, ahead_x, ahead_y, 1.5, 0.0, 0.0, 2.0) for s in ways]
+        sweep_blade(world, grid, lines)
+        highest.append(world.height.max())
+    assert highest == [pytest.approx(highest[0], rel=1e-6)] * 4
+    assert highest[0] > 1.0
 
 
 def test_the_blade_frame_measures_ahead_and_to_the_left():

@@ -215,18 +215,18 @@ def test_without_compilation_the_functions_are_plain_python(plough):
     assert not plough.cache.exists()
 
 
-def test_no_references_are_counted_while_a_blade_is_dragged(tmp_path):
+def test_a_step_counts_hardly_any_references_and_asks_for_what_it_reads(tmp_path):
     code = """
-import numpy as np
-from dirt_env.sim.drag import drag
-from dirt_env.sim.params import Grid, Soil
-from dirt_env.sim.state import make_world
-grid = Grid(20, 20, 0.5)
-drag(make_world(np.zeros((20, 20)), grid), grid, Soil(0.7, 1500.0, 0.7), np.ones((2, 8)))
-print("call void @NRT_incref" in drag.inspect_llvm(drag.signatures[0]))
+import gymnasium, json, dirt_env
+from dirt_env.task.step import step_worlds
+gymnasium.make("DirtPush-v0").reset(seed=0)
+code = step_worlds.inspect_llvm(step_worlds.signatures[0])
+print(json.dumps([code.count("call void @NRT_incref"), code.count("@llvm.prefetch")]))
 """
     variables = os.environ | {"DIRT_ENV_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
-    assert subprocess.check_output([sys.executable, "-c", code], env=variables, text=True) == "False\n"
+    counts, asks = json.loads(subprocess.check_output([sys.executable, "-c", code], env=variables, text=True))
+    assert counts < 30  # those of flat views, once for each world; 200 if nothing is done about it
+    assert asks >= 5  # ground, aim, target, way and kind
 
 
 def test_what_is_asked_for_in_good_time_is_asked_for_by_the_machine_code(plough):

@@ -19,11 +19,11 @@ from dirt_env.sim.advance import advance, place
 from dirt_env.sim.params import Blade, Command, Machine
 
 
-def _kept(world, before, totals, stuck=None):
+def _kept(world, before, tally, stuck=None):
     ok = total(world) == before and np.isfinite(world.height).all()
     if stuck is not None:
-        ok &= (totals[2] > 0) == stuck
-    text = f"moved {totals[0]:.2f}, stuck {totals[2]:.2f} m of a cell; highest {world.height.max():.2f} m"
+        ok &= (tally.stuck > 0) == stuck
+    text = f"moved {tally.cut:.2f}, stuck {tally.stuck:.2f} m of a cell; highest {world.height.max():.2f} m"
     return text, bool(ok)
 
 
@@ -31,8 +31,8 @@ def _kept(world, before, totals, stuck=None):
 def wider_than_the_map():
     world, grid = at_rest(12, 40, 0.3)
     before = total(world)
-    totals = sweep_blade(world, grid, straight(0.3, 3.0, 0.0, 19.6, 0.25, width=50.0, height=100.0))
-    return _kept(world, before, totals, stuck=True)
+    tally = sweep_blade(world, grid, straight(0.3, 3.0, 0.0, 19.6, 0.25, width=50.0, height=100.0))
+    return _kept(world, before, tally, stuck=True)
 
 
 @case("a blade that goes on past the wall, 10 m beyond: volume kept, stuck booked, nothing out there")
@@ -46,8 +46,8 @@ def past_the_wall():
 def into_a_corner_at_45():
     world, grid = at_rest(30, 30, 0.3)
     before = total(world)
-    totals = sweep_blade(world, grid, straight(9.0, 9.0, 0.25 * pi, 9.0, 0.25, width=4.0, height=3.0))
-    return _kept(world, before, totals, stuck=True)
+    tally = sweep_blade(world, grid, straight(9.0, 9.0, 0.25 * pi, 9.0, 0.25, width=4.0, height=3.0))
+    return _kept(world, before, tally, stuck=True)
 
 
 @case("a blade wholly outside the map, 1 m to 1e6 m away: nothing happens")
@@ -187,5 +187,5 @@ def lowered_onto_a_heap():
     world, grid = at_rest(30, 30, 0.0)
     world.height[10:20, 10:20] = 0.3
     before = total(world)
-    totals = sweep_blade(world, grid, [line_at(7.6, 7.4, 0.0, edge=edge) for edge in np.linspace(2.0, -0.1, 30)])
-    return f"moved {totals[0]:g} m of a cell", totals[0] == 0.0 and total(world) == before
+    tally = sweep_blade(world, grid, [line_at(7.6, 7.4, 0.0, edge=edge) for edge in np.linspace(2.0, -0.1, 30)])
+    return f"moved {tally.cut:g} m of a cell", tally.cut == 0.0 and total(world) == before

@@ -60,10 +60,10 @@ def mud_drains():
 def pushed_over_the_border():
     world, grid = at_rest(10, 30, 0.25, open_border=True)
     before = total(world)
-    totals = sweep_blade(world, grid, straight(0.2, 2.5, 0.0, 20.0, 0.25, width=50.0, height=100.0))
+    tally = sweep_blade(world, grid, straight(0.2, 2.5, 0.0, 20.0, 0.25, width=50.0, height=100.0))
     left = total(world)
-    ok = left + totals[1] == before and left < 0.01 * before
-    return f"{totals[1]:g} of {before:g} m of a cell in the ledger", ok
+    ok = left + tally.lost == before and left < 0.01 * before
+    return f"{tally.lost:g} of {before:g} m of a cell in the ledger", ok
 
 
 @case("soil heaped to 8 m on one side of a wall one cell thick: none on the other side, none in the wall")

@@ -11,7 +11,7 @@ from dirt_env.sim.blade import Line
 from dirt_env.sim.diagnostics import steepest
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.slump import limits, settle_window
-from dirt_env.sim.state import World, make_world
+from dirt_env.sim.state import TALLY, World, make_world
 
 CELL = 0.5
 SOIL = Soil()
@@ -99,18 +99,18 @@ def straight(x, y, heading, distance, stride, **blade) -> list[Line]:
     return [line_at(x + s * cos(heading), y + s * sin(heading), heading, **blade) for s in ways]
 
 
-def sweep_blade(world: World, grid: Grid, lines: list[Line], soil: Soil = SOIL) -> np.ndarray:
-    """Move a blade from place to place through the soil; returns (moved, lost, stuck, sweeps), heights of one cell."""
-    totals, sweeps = np.zeros(4), 0.0
+def sweep_blade(world: World, grid: Grid, lines: list[Line], soil: Soil = SOIL) -> np.record:
+    """Move a blade from place to place through the soil; returns the TALLY, of heights [m of one cell]."""
+    tally, sweeps = np.zeros(1, TALLY)[0], 0
     for old, new in pairwise(lines):
-        totals[3] = 0.0
+        tally.sweeps = 0
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-            world.pending, grid.cell, soil, world.quantum, old, new, totals,
+            world.pending, grid.cell, soil, world.quantum, old, new, tally,
         )  # fmt: skip
-        sweeps += totals[3]
-    totals[3] = sweeps
-    return totals
+        sweeps += tally.sweeps
+    tally.sweeps = sweeps
+    return tally
 
 
 class Driven:
