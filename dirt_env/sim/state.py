@@ -115,7 +115,7 @@ def work_space(height: np.ndarray) -> dict[str, np.ndarray]:
     rows, cols = height.shape
     crossings = (
         rows + cols + 8
-    )  # at most rows + cols + 4 links of the map and its rim; the place after the last is used
+    )  # of the blade: rows + cols + 4 at most, and the place after the last
     return {
         "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4)), height.dtype),
         "links": np.zeros((crossings, 3), np.int64),
