@@ -51,6 +51,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, default=Path("runs") / "compare", metavar="DIR", help="folder of results")
     parser.add_argument("--layouts", type=whole(1), default=100, metavar="N", help="of each level (default: 100)")
     parser.add_argument("--workers", type=whole(1), default=1, metavar="W", help="processes (default: 1)")
+    parser.add_argument("--fresh", action="store_true", help="forget the episodes that the folder holds")
     parser.add_argument("--renew-docs", type=Path, metavar="DIR", help="write results.md and its figures there anew")
     return parser
 
@@ -77,7 +78,7 @@ def _compare(options: argparse.Namespace) -> int:
     for name, scripted in SUITES.items():
         suite = load_suite(name)
         evaluation = Evaluation([*scripted, *learned(), *others()], suite, options.layouts)
-        with Journal(out / name, evaluation.settings(), fresh=False) as journal:
+        with Journal(out / name, evaluation.settings(), options.fresh) as journal:
             if status := play_rest("compare", evaluation, journal, player(options.workers, None)):
                 return status
             evaluation.write(journal)

@@ -50,7 +50,8 @@ def _run(trainer: Any) -> int:
     stopped = trainer.run()
     trainer.close()
     if stopped is not None:
-        done = f"after {trainer.steps:,} of {settings.steps:,} steps; the same command goes on from there"
+        rest = "goes on from there" if trainer.is_saved else "begins again: imitation is not saved before its end"
+        done = f"after {trainer.steps:,} of {settings.steps:,} steps; the same command {rest}"
         sys.stderr.write(f"train: stopped {done}\n")
         return 128 + stopped
     for score in trainer.notes["scores"]:

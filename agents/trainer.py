@@ -33,10 +33,10 @@ class Trainer:
     """One run in a folder. It goes on from the checkpoint there, and gives the same as if it had never stopped."""
 
     def __init__(self, settings: Settings, out: Path, fresh: bool = False) -> None:
-        """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged.
+        """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged, or
+        missing where the folder holds something else of a run, and for a device that is not there.
 
-        With `fresh`, what the folder holds of a run goes when the new one has something to put there. ValueError for a
-        device that is not there.
+        With `fresh`, what the folder holds of a run goes when the new one has something to put there.
         """
         if settings.device == "cuda" and not torch.cuda.is_available():
             raise ValueError(
@@ -45,6 +45,11 @@ class Trainer:
         torch.set_num_threads(settings.worlds.threads)
         self.settings, self.out = settings, out
         path = out / CHECKPOINT
+        if not fresh and not path.exists() and (left := [name for name in OUTPUT if (out / name).exists()]):
+            raise ValueError(
+                f"{out} has {', '.join(left)} and no {CHECKPOINT} to go on from; allowed: --fresh to begin anew, which "
+                "removes them, or another --out"
+            )
         found = checkpoint.read(path) if path.exists() and not fresh else None
         if found is not None:
             checkpoint.agree(found, settings, path)
@@ -84,6 +89,11 @@ class Trainer:
         return self.model.num_timesteps
 
     @property
+    def is_saved(self) -> bool:
+        """Whether there is a checkpoint of this run to go on from."""
+        return self._saved is not None
+
+    @property
     def is_done(self) -> bool:
         """Whether all steps have been taken; a run ends with a whole rollout."""
         return self.steps >= self.settings.steps
@@ -102,8 +112,8 @@ class Trainer:
                     return stopped[0]
                 if logbook is None:
                     _clear(self.out)
-                    logbook = self._open_logbook()
                     self._save()
+                    logbook = self._open_logbook()
                 while not (self.is_done or stopped):
                     judged = self.notes["evaluated"]
                     self._iterate(logbook)

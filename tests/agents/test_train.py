@@ -93,12 +93,13 @@ def test_a_run_with_a_teacher_that_is_killed_ends_with_the_same_bits(tmp_path):
     _, told = process.communicate(timeout=300)
     assert process.returncode == 0, told
     out = tmp_path / "killed"
-    process = start(out, *more)  # while the teacher plays
-    while process.poll() is None and not (out / "training.csv").is_file():
-        time.sleep(0.01)
-    process.kill()
-    process.communicate()
-    assert not (out / "checkpoint.npz").exists()
+    for begun in (out, out / "checkpoint.npz"):  # before anything is saved, and when the teacher has just played
+        process = start(out, *more)
+        while process.poll() is None and not begun.exists():
+            time.sleep(0.01)
+        process.kill()
+        process.communicate()
+        assert (out / "checkpoint.npz").exists() == (begun != out)
     for steps in (256, 768):  # while the critic learns alone, and after that
         process = start(out, *more)
         wait_for(process, out, steps)
@@ -190,6 +191,16 @@ def test_other_settings_are_refused_and_fresh_begins_anew(finished, tmp_path, ca
     said = capsys.readouterr().err
     assert "other settings: seed is 3 here and 0 there; ppo.gamma is 0.9 here and 0.99 there; allowed: the same" in said
     assert main([*other, "--fresh"]) == 0
+
+
+def test_what_a_run_has_left_without_its_checkpoint_is_not_written_over(finished, tmp_path, capsys):
+    policy = (finished / "best.npz").read_bytes()
+    (tmp_path / "best.npz").write_bytes(policy)
+    assert main([*SHORT, "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert f"{tmp_path} has best.npz and no checkpoint.npz to go on from; allowed: --fresh to begin anew" in said
+    assert (tmp_path / "best.npz").read_bytes() == policy
+    assert main([*SHORT, "--out", str(tmp_path), "--fresh"]) == 0
 
 
 def test_fresh_lets_the_old_run_go_when_the_new_one_is_ready(finished, tmp_path, monkeypatch, capsys):
