@@ -113,9 +113,7 @@ def make_world(
 def work_space(height: np.ndarray) -> dict[str, np.ndarray]:
     """The WORK_SPACE of a World whose ground has that shape and type."""
     rows, cols = height.shape
-    crossings = (
-        rows + cols + 8
-    )  # of the blade: rows + cols + 4 at most, and the place after the last
+    crossings = rows + cols + 8  # of the blade: rows + cols + 4 at most, and the place after the last
     return {
         "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4)), height.dtype),
         "links": np.zeros((crossings, 3), np.int64),
