@@ -47,6 +47,8 @@ def _run(trainer: Any) -> int:
         sys.stderr.write(f"train: going on in {out} after {trainer.steps:,} of {settings.steps:,} steps\n")
         if other := ", ".join(trainer.other_versions):
             sys.stderr.write(f"train: with {other}, so not to the same last bit as if it had never stopped\n")
+    else:
+        sys.stderr.write(f"train: beginning in {out}, {settings.steps:,} steps\n")
     stopped = trainer.run()
     trainer.close()
     if stopped is not None:
