@@ -133,13 +133,12 @@ def blocked_links(line, cell, window, stride, start, stop, buffers, links, level
     count = 0
     for r in range(max(r0, b0), min(r1, b1)):
         base = (r - r0 + 1) * stride - c0
-        for c in range(max(left, first - 1), min(right, end)):
-            p = np.uint64(base + c)
-            count += close_link(line, cell, start, stop, buffers, links, levels, count, r, c, 1, p, np.uint64(1))
         first_above, end_above = columns_between(way, way, along_rows, r + 1)
-        for c in range(max(left, min(first, first_above)), min(right, max(end, end_above))):
-            p = np.uint64(base + c)
-            count += close_link(line, cell, start, stop, buffers, links, levels, count, r, c, 0, p, np.uint64(stride))
+        for along_x in range(2):
+            low, high = (first - 1, end) if along_x else (min(first, first_above), max(end, end_above))
+            for c in range(max(left, low), min(right, high)):
+                p, step = np.uint64(base + c), np.uint64(1 if along_x else stride)
+                count += close_link(line, cell, start, stop, buffers, links, levels, count, r, c, along_x, p, step)
         first, end = first_above, end_above
     return count
 

@@ -17,21 +17,24 @@ def prefetch_world(batch: Batch, w: int, size: int) -> None:
     x, y, turned = pose.x / cell, pose.y / cell, abs(ahead_x) + abs(ahead_y)
     side, reach = size * scene.eye.resolution / cell, scene.blade.reach / cell
     middle, half = (scene.eye.ahead - 0.5) * side, 0.5 * side * turned + DRIVEN
-    prefetch_square(batch.height[w], x + middle * ahead_x, y + middle * ahead_y, half)
-    prefetch_square(job.aim[w], x + middle * ahead_x, y + middle * ahead_y, half)
-    x, y, half = x + reach * ahead_x, y + reach * ahead_y, scene.blade.width / cell  # where soil moves
-    prefetch_square(job.target[w], x, y, half)
-    prefetch_square(job.haul[w], x, y, half)
-    prefetch_square(job.kind[w], x, y, half)
+    height, aim = batch.height[w].ravel(), job.aim[w].ravel()
+    target, haul, kind = job.target[w].ravel(), job.haul[w].ravel(), job.kind[w].ravel()
+    rows, cols = batch.height.shape[1], batch.height.shape[2]
+    r0, r1, c0, c1 = square(x + middle * ahead_x, y + middle * ahead_y, half, rows, cols)
+    for r in range(r0, r1):
+        for p in range((r * cols + c0) // LINE * LINE, r * cols + c1, LINE):
+            prefetch(height, p)
+            prefetch(aim, p)
+    r0, r1, c0, c1 = square(x + reach * ahead_x, y + reach * ahead_y, scene.blade.width / cell, rows, cols)
+    for r in range(r0, r1):
+        for p in range((r * cols + c0) // LINE * LINE, r * cols + c1, LINE):
+            prefetch(target, p)
+            prefetch(haul, p)
+            prefetch(kind, p)
 
 
 @kernel
-def prefetch_square(ground, x, y, half):
-    """Ask for the cells of a map [rows, cols] no farther than `half` from (x, y) to all sides, all in cells."""
-    rows, cols = ground.shape
-    places, together = ground.ravel(), LINE * 4 // ground.itemsize
+def square(x, y, half, rows, cols):
+    """(r0, r1, c0, c1): the cells of a map no farther than `half` from (x, y) to all sides, all in cells."""
     r0, r1 = max(int(y - half), 0), min(int(y + half) + 1, rows)
-    c0, c1 = max(int(x - half), 0), min(int(x + half) + 1, cols)
-    for r in range(r0, r1):
-        for p in range((r * cols + c0) // together * together, r * cols + c1, together):
-            prefetch(places, p)
+    return r0, r1, max(int(x - half), 0), min(int(x + half) + 1, cols)
