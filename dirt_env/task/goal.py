@@ -107,13 +107,13 @@ def _add_block(height, target, haul, kind, r0, c0, block, bank):
                 gained = bank_gain(np.float64(height[r, c]), bank.now[r, c], bank.natural[r, c], target[r, c], share)
             elif off == 0.0:
                 continue
-            is_kind, above = kind[r, c], max(off, 0.0)
+            bits, above = kind[r, c], max(off, 0.0)
             way += above * haul[r, c]
-            over += above if is_kind & OUTSIDE else 0.0
-            stray += above if is_kind & STRAY else 0.0
-            gain += gained if is_kind & GOAL else 0.0
-            lack += max(-off, 0.0) if is_kind & DESIGN else 0.0
-            square += error * error if is_kind & DESIGN else 0.0
+            over += above if bits & OUTSIDE else 0.0
+            stray += above if bits & STRAY else 0.0
+            gain += gained if bits & GOAL else 0.0
+            lack += max(-off, 0.0) if bits & DESIGN else 0.0
+            square += error * error if bits & DESIGN else 0.0
     block[0], block[1], block[2], block[3], block[4], block[5] = way, over, stray, gain, lack, square
 
 

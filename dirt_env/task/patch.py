@@ -72,11 +72,11 @@ def _paint_outside(channels, beyond, x, y, ahead, left, east, north, rows, cols,
     """
     size = patch.shape[1]
     corner_x, corner_y = _row_start(x, y, ahead, left, east, north, 0)
-    right_x, right_y, down_x, down_y = (size - 1) * north, -(size - 1) * east, -(size - 1) * east, -(size - 1) * north
-    west = corner_x + min(right_x, 0.0) + min(down_x, 0.0) < SURE
-    past_east = corner_x + max(right_x, 0.0) + max(down_x, 0.0) > cols - SURE
-    south = corner_y + min(right_y, 0.0) + min(down_y, 0.0) < SURE
-    past_north = corner_y + max(right_y, 0.0) + max(down_y, 0.0) > rows - SURE
+    x_right, y_left = (size - 1) * north, (size - 1) * east  # along the top row; down a column x falls by y_left
+    west = corner_x + min(x_right, 0.0) - max(y_left, 0.0) < SURE
+    past_east = corner_x + max(x_right, 0.0) - min(y_left, 0.0) > cols - SURE
+    south = corner_y - max(y_left, 0.0) - max(x_right, 0.0) < SURE
+    past_north = corner_y - min(y_left, 0.0) - min(x_right, 0.0) > rows - SURE
     if not (west or past_east or south or past_north):
         return
     per_x, per_y = 1.0 / north if north != 0.0 else 0.0, -1.0 / east if east != 0.0 else 0.0
