@@ -9,6 +9,7 @@ where anything is amiss does without. It lives in `DIRT_ENV_CACHE_DIR`, or else 
 pickles, so a directory that other users can write to is not used.
 """
 
+import gc
 import hashlib
 import logging
 import os
@@ -45,6 +46,7 @@ KERNEL_PACKAGES = ("sim", "task")  # where kernels may be; their sources name th
 _CHECKSUM = hashlib.sha256().digest_size
 _LOCK_PATIENCE = 120.0  # s; longer than any compilation, so that only a hung process is overtaken
 _STALE_AFTER = 30 * 86400.0  # s
+_YOUNG = 10_000  # objects, instead of Python's 700: compilation makes millions, and a search for garbage looks at them
 _BEGIN = time.time_ns()
 
 
@@ -195,11 +197,24 @@ def _keep_on_disk(dispatcher: Any, digest: str) -> None:
     compile_ = dispatcher.compile
 
     def compile_once(signature):
-        with global_compiler_lock, cache.turn():  # numba's lock, so that threads take turns before processes do
+        # numba's lock comes first, so that threads take turns before processes do.
+        with global_compiler_lock, cache.turn(), _rare_garbage_collection():
             return compile_(signature)
 
     dispatcher._cache = cache
     dispatcher.compile = compile_once
+
+
+@contextmanager
+def _rare_garbage_collection() -> Iterator[None]:
+    """Let Python look for garbage less often, for a tenth of the time that a compilation takes goes into that."""
+    young, middle, old = gc.get_threshold()
+    if 0 < young < _YOUNG:  # 0: somebody has turned it off
+        gc.set_threshold(_YOUNG, middle, old)
+    try:
+        yield
+    finally:
+        gc.set_threshold(young, middle, old)
 
 
 class _DiskCache(NullCache):

@@ -205,6 +205,34 @@ except jit.numba.TypingError:
     assert len(plough.kernels()) == 4
 
 
+def test_garbage_is_looked_for_less_often_while_numba_compiles_and_no_longer(plough):
+    code = """
+import gc
+from numba.core import event
+
+seen = []
+class Listener(event.Listener):
+    def on_start(self, event):
+        seen.append(gc.get_threshold()[0])
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Listener())
+before = gc.get_threshold()
+advance.total(np.ones(3))
+assert min(seen) > before[0] and gc.get_threshold() == before
+try:
+    advance.fails(1.0)
+except jit.numba.TypingError:
+    assert gc.get_threshold() == before
+gc.set_threshold(0)  # somebody wants none at all
+seen.clear()
+advance.total(np.ones(3, np.float32))
+assert set(seen) == {0} and gc.get_threshold()[0] == 0
+"""
+    plough.run(code)
+
+
 def test_division_by_zero_is_numpys(plough):
     assert plough.run("assert advance.ratio(1.0, 0.0) == np.inf and np.isnan(advance.ratio(0.0, 0.0))") == []
 
