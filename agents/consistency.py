@@ -10,7 +10,7 @@ from dirt_env.task.site_map import OVERVIEW
 from dirt_env.variety import check_alike
 
 from .hyperparameters import MUON_FROM, Sac
-from .settings import Network, Settings, Stage, Teacher, overrides_of
+from .settings import NO_TEACHER, Network, Settings, Stage, Teacher, overrides_of
 
 
 def check(settings: Settings) -> None:
@@ -112,7 +112,7 @@ def _check_teacher(settings: Settings) -> None:
     teacher = settings.teacher
     if not teacher.policy:
         if teacher != Teacher():
-            raise ValueError("teacher.policy is ''; allowed: a scripted behaviour, or no other keys of [teacher]")
+            raise ValueError(f'teacher.policy is ""; allowed: a scripted behaviour, or "{NO_TEACHER}"')
         return
     level = (settings.stages[-1].levels or (None,))[0]
     try:

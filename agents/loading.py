@@ -11,7 +11,7 @@ from dirt_env.config.rules import known_keys
 
 from .consistency import check
 from .hyperparameters import ALGORITHMS
-from .settings import TRAINING, Settings
+from .settings import NO_TEACHER, TRAINING, Settings, Teacher
 
 
 def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
@@ -23,6 +23,8 @@ def load_settings(path: Path, overrides: Mapping[str, Any]) -> Settings:
     written = read_file(path, overrides)
     known_keys(written, "", TRAINING.rules)
     settings = replace(_completed(TRAINING.read(written, "", path.parent)), name=path.stem)
+    if settings.teacher.policy == NO_TEACHER:
+        settings = replace(settings, teacher=Teacher())
     check(settings)
     return settings
 

@@ -32,9 +32,10 @@ def _train(options: argparse.Namespace) -> int:
     settings = load_settings(options.config, merge(read_settings(options.set), seed))
     try:
         from dirt_env.agents.lock import alone_in
-        from dirt_env.agents.trainer import Trainer
+        from dirt_env.agents.trainer import Trainer, check_device
     except ImportError as error:
         raise ImportError(f'{error}; training needs more than the environment: pip install ".[train]"') from error
+    check_device(settings.device)
     out = writable(options.out or Path("runs") / "train" / f"{settings.name}-seed{settings.seed}")
     with alone_in(out):
         return _run(Trainer(settings, out, options.fresh))

@@ -29,19 +29,21 @@ CHECKPOINT, LATEST, BEST = "checkpoint.npz", "policy.npz", "best.npz"
 OUTPUT = (CHECKPOINT, LATEST, BEST, *LOGS)
 
 
+def check_device(name: str) -> None:
+    """Raise ValueError for a device that is not there."""
+    if name == "cuda" and not torch.cuda.is_available():
+        raise ValueError('device is "cuda", and torch sees no GPU; allowed: "cpu", or "auto" for one if there is one')
+
+
 class Trainer:
     """One run in a folder. It goes on from the checkpoint there, and gives the same as if it had never stopped."""
 
     def __init__(self, settings: Settings, out: Path, fresh: bool = False) -> None:
         """Make worlds and model, or take up the checkpoint; ValueError if that is of other settings, or damaged, or
-        missing where the folder holds something else of a run, and for a device that is not there.
+        missing where the folder holds something else of a run.
 
         With `fresh`, what the folder holds of a run goes when the new one has something to put there.
         """
-        if settings.device == "cuda" and not torch.cuda.is_available():
-            raise ValueError(
-                'device is "cuda", and torch sees no GPU; allowed: "cpu", or "auto" for one if there is one'
-            )
         torch.set_num_threads(settings.worlds.threads)
         self.settings, self.out = settings, out
         path = out / CHECKPOINT

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dirt_env.agents.loading import load_settings
+from dirt_env.agents.settings import NO_TEACHER, Teacher
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "configs" / "train").glob("*.toml"))
 
@@ -27,6 +28,11 @@ def test_overrides_are_laid_over_the_file():
     settings = load_settings(shipped("ppo_heap"), {"ppo": {"gamma": 0.5}, "seed": 7})
     assert (settings.ppo.gamma, settings.seed) == (0.5, 7)
     assert settings.ppo.n_steps == load_settings(shipped("ppo_heap"), {}).ppo.n_steps
+
+
+def test_a_teacher_can_be_taken_away():
+    assert load_settings(shipped("ppo_heap"), {}).teacher != Teacher()
+    assert load_settings(shipped("ppo_heap"), {"teacher": {"policy": NO_TEACHER}}).teacher == Teacher()
 
 
 @pytest.mark.parametrize(
@@ -73,6 +79,7 @@ def test_overrides_are_laid_over_the_file():
             {"teacher": {"worlds": 2}},
             "teacher.worlds is 2; allowed: at least 5, a world for each level of the",
         ),
+        ({"teacher": {"policy": ""}}, 'teacher.policy is ""; allowed: a scripted behaviour, or "none"'),
         ({"record": {"levels": [7]}}, "record.levels has 7: layout.level is 7; allowed: .* or no levels"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
     ],

@@ -386,3 +386,5 @@ def test_a_gpu_that_is_not_there_is_said_before_an_old_run_goes(tmp_path, capsys
         'train: error: device is "cuda", and torch sees no GPU; allowed: "cpu", or "auto" for one if there is one\n'
     )
     assert (tmp_path / "policy.npz").read_text() == "of an old run"
+    assert main(["--config", str(SMOKE), "--out", str(tmp_path / "new"), "--set", "device=cuda"]) == 2
+    assert not (tmp_path / "new").exists()
