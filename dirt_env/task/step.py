@@ -51,7 +51,7 @@ FIGURES = (*INFO, *TERMS, "reward")
 
 SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
 ADVANCE, BOOK, SHOW = range(3)  # phases of a step
-MANY = 400  # worlds of a batch, of which what a step reads is no longer all in the caches
+MANY = 200  # worlds of a batch, of which what a step reads may no longer be in the caches
 TOGETHER = 8  # worlds that go through each phase one after the other, while its code and their data are in the caches
 
 
