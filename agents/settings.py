@@ -14,7 +14,7 @@ from .hyperparameters import ALGORITHMS, FROM_ONE, POSITIVE, RATE, SHARE, Ppo, S
 OVERVIEW_GAIN = 5.0  # of the overview before the network: shares of all soil in a square are small numbers
 ROOT_GAIN = 0.5  # of square roots of shares in the overview, before that
 LEAST_LEFT = 1e-3  # of all soil: so much counts as left at least, that roots of shares of it stay small
-NO_TEACHER = "none"
+NO_TEACHER = "none"  # the policy of a teacher that is not there
 MOST_FINENESS = 10.0  # of the blade: near 0 it moves in steps 1100 times as fine then
 # Keys that settings written before there were any mean without saying.
 SINCE = {
@@ -85,7 +85,7 @@ class Network:
 
 @dataclass(frozen=True)
 class Teacher:
-    """A scripted behaviour to begin from; without a `policy`, or with NO_TEACHER, training begins from nothing.
+    """A scripted behaviour to begin from; without a `policy`, or with "none", training begins from nothing.
 
     It plays `worlds` worlds of the last stage for `steps` steps in all, with normal errors of spread `noise` on its
     actions; the actor imitates it for `epochs` passes over that. Then PPO begins, for `critic_steps` steps with the
