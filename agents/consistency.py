@@ -112,7 +112,7 @@ def _check_teacher(settings: Settings) -> None:
     teacher = settings.teacher
     if not teacher.policy:
         if teacher != Teacher():
-            raise ValueError(f'teacher.policy is ""; allowed: a scripted behaviour, or "{NO_TEACHER}"')
+            raise ValueError(f"teacher.policy is ''; allowed: a scripted behaviour, or {NO_TEACHER!r}")
         return
     level = (settings.stages[-1].levels or (None,))[0]
     try:

@@ -79,7 +79,7 @@ def test_a_teacher_can_be_taken_away():
             {"teacher": {"worlds": 2}},
             "teacher.worlds is 2; allowed: at least 5, a world for each level of the",
         ),
-        ({"teacher": {"policy": ""}}, 'teacher.policy is ""; allowed: a scripted behaviour, or "none"'),
+        ({"teacher": {"policy": ""}}, "teacher.policy is ''; allowed: a scripted behaviour, or 'none'"),
         ({"record": {"levels": [7]}}, "record.levels has 7: layout.level is 7; allowed: .* or no levels"),
         ({"device": "gpu"}, 'device is \'gpu\'; allowed: "cpu", "cuda", "auto"'),
     ],
