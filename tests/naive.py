@@ -33,7 +33,8 @@ def settle(height, quantum, cell, soil, solid=None, outside=None, line=None, slo
         solid = np.pad(solid, 1) if solid is not None else None
     if slopes is not None and rim is not None:
         slopes = np.pad(slopes, 1, mode="edge")
-    crossed = [] if line is None else list(blocked_links(h.shape, cell, line, 0 if rim is None else 1))
+    shift = 0 if rim is None else 1
+    crossed = [] if line is None else held_links(np.pad(height, shift, mode="edge"), cell, line, shift)
     lost = 0.0
     sweeps = 0
     while True:
@@ -117,6 +118,15 @@ def blocked_links(shape, cell, line, shift=0):
                 if abs(u) <= line.half:
                     edge = line.edge + line.roll * u
                     yield along_x, r, c, edge, edge + line.height
+
+
+def held_links(h, cell, line, shift=0):
+    """Those that the blade closes: not where it hangs above both cells."""
+    found = []
+    for along_x, r, c, edge, top in blocked_links(h.shape, cell, line, shift):
+        if h.dtype.type(edge) < max(h[r, c], h[r, c + 1] if along_x else h[r + 1, c]):
+            found.append((along_x, r, c, edge, top))
+    return found
 
 
 def track_plane(sample, x, y, heading, machine, stations=5):

@@ -5,13 +5,13 @@ from math import cos, inf, sin
 import numpy as np
 
 from dirt_env.sim.bank import bank_of
-from dirt_env.sim.blade import Line, cells_between, line_of, load_ahead, scrape, stands_above
+from dirt_env.sim.blade import cells_between, held_links, line_of, load_ahead, scrape, stands_above
 from dirt_env.sim.jit import entry, kernel, uncounted
 from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, ground_between, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
-from dirt_env.sim.slump import at_rest, limits, relax, safe_bound, settle_window
+from dirt_env.sim.slump import at_rest, limits, relax, settle_window
 from dirt_env.sim.state import TALLY, World
 from dirt_env.sim.super_steps import is_settled, settle_long
 from dirt_env.sim.timestep import substeps
@@ -83,37 +83,42 @@ def graded_edge(target, pose, cell, blade, machine, asked):
 
 @kernel
 def move_soil(
-    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, tally,
+    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, pose, old, new, tally,
     zones=None, bank=None,
 ):  # fmt: skip
     """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
 
     Adds to the record `tally` what was cut, lost and stuck [m of one cell], and the sweeps, of which there are at most
-    `soil.max_sweeps` in all; what is left over stays pending. Returns whether the blade touches soil.
+    `soil.max_sweeps` in all; what is left over stays pending. Ground at rest stays so as long as the blade moves none
+    of it, closes the same links, which the machine's record `pose` keeps, and lets nothing past. Returns whether the
+    blade touches soil.
     """
     box = cells_between(old, new, cell)
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = stands_above(height, box, lowest)
+    held, key = 0, 0
     if touches:
-        _, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
+        threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
         if zones is not None:
-            low, high = extremes(zones.soils)
-            _, settled, _ = limits(height, quantum, cell, low, soil.tolerance)
-            _, steepest, _ = limits(height, quantum, cell, high, soil.tolerance)
-            settled = safe_bound(settled, steepest)
+            low, _ = extremes(zones.soils)
+            threshold, settled, _ = limits(height, quantum, cell, low, soil.tolerance)
         moved = scrape(height, solid, outside, old, new, cell, lock, tally, bank)
         grown = 1 if moved else 0  # soil is put down in cells next to those that gave it
         box = (box[0] - grown, box[1] + grown, box[2] - grown, box[3] + grown)
         r0, r1, c0, c1 = on_map(box, *height.shape)
         if moved:
             widen(changed, r0, r1, c0, c1)
-        known = outside is None or within(box, 1, *height.shape)  # a border at rest is not looked into
-        if pending[1] > pending[0] or not known or not at_rest(height, box, settled):
+        held, key, passes = held_links(height, new, cell, threshold, settled, links, levels)
+        stays = not moved and key == pose.held
+        known = outside is None or within(box, 2, *height.shape)  # a border at rest is not looked into
+        looks = pending[1] > pending[0] or passes or not known
+        if looks or not (stays or at_rest(height, solid, buffers, box, links, held, settled)):
             widen(pending, r0, r1, c0, c1)
+    pose.held = key
     if pending[1] <= pending[0]:
         return touches
     sweeps, lost = relax(
-        height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, new, touches,
+        height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, held,
         soil.max_sweeps - tally.sweeps, zones, bank,
     )  # fmt: skip
     tally.lost += lost
@@ -157,8 +162,8 @@ def step(
         pose.edge += min(max(edge - pose.edge, -largest), largest)
         new = blade_line(pose, blade)
         touches = move_soil(
-            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, old, new, tally,
-            zones, bank,
+            height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, pose, old, new,
+            tally, zones, bank,
         )  # fmt: skip
         weigh = touches and went != 0.0
         if pull is not None:
@@ -219,7 +224,7 @@ def set_down(
     """Put the machine there at rest, with its blade at travel height."""
     pose = world.machine[0]
     pose.x, pose.y, pose.heading, pose.edge = x, y, wrap(heading), machine.lift
-    pose.speed = pose.yaw_rate = 0.0
+    pose.speed = pose.yaw_rate = pose.held = 0.0
     stand(world.height, grid.cell, pose, blade, machine)
     measure_load(world.height, world.solid, pose, grid.cell, soil, blade, zones)
 
@@ -273,16 +278,15 @@ def settle(world: World, grid: Grid, soil: Soil, method: str = "auto", zones: Zo
             raise ValueError(f"method is {method!r} where soils differ or swell; allowed: auto, explicit")
         method = "explicit"
     world.pending[:] = (0, grid.rows, 0, grid.cols)
-    away = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     total, elapsed = 0, 0.0
     if method == "projection" and not is_settled(world, grid, soil):
         total, elapsed = project(world, grid, soil), FINISH
     if method == "auto":
-        total = settle_window(world, grid, soil._replace(max_sweeps=min(soil.max_sweeps, FEW)), away)
+        total = settle_window(world, grid, soil._replace(max_sweeps=min(soil.max_sweeps, FEW)))
         elapsed = total * RATE
     most = total + PATIENCE * (grid.rows + grid.cols) + 1000
     while world.pending[1] > world.pending[0] and total < most and method != "explicit":
         total += settle_long(world, grid, soil, elapsed)
     while world.pending[1] > world.pending[0]:
-        total += settle_window(world, grid, soil, away, zones)
+        total += settle_window(world, grid, soil, zones)
     return total

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.jit import kernel
+from dirt_env.sim.lanes import choose
 from dirt_env.sim.laws import quantise
 
 
@@ -70,17 +71,16 @@ def loosen(height, bank, r0, r1, c0, c1, lock, box):
 
 @kernel
 def bank_metres(height, now, target, share):
-    """Soil over a target as metres of bank soil, loose soil counting by `share` = 1 / (1 + swell).
+    """Soil over a target as metres of bank soil, loose soil counting by `share` = 1 / (1 + swell); of `lanes` of cells.
 
     Negative where soil is missing, which will be loose.
     """
-    if height <= target or now <= target:
-        return share * (height - target)
-    return (now - target) + share * (height - now)
+    in_bank = (height > target) & (now > target)
+    return choose(in_bank, (now - target) + share * (height - now), share * (height - target))
 
 
 @kernel
 def bank_gain(height, now, natural, target, share):
-    """What a column holds more than it did when it reached up to `target`, as metres of bank soil."""
-    start = min(target, natural)
+    """What columns hold more than they did when they reached up to `target`, as metres of bank soil; of `lanes`."""
+    start = choose(target < natural, target, natural)
     return (now - start) + share * ((height - now) - (target - start))

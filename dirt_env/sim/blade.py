@@ -7,12 +7,14 @@ import numpy as np
 
 from dirt_env.sim.bank import growth
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.laws import quantise
+from dirt_env.sim.lanes import LANES, among, choose, doubles, load, none, ramp, some, total
+from dirt_env.sim.laws import link_excess, quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
 
 DEPOSIT = 0.75  # cells ahead of a crossed cell's centre where its soil is put down
 NEAR = 1e-6  # cells, farther than rounding reaches: so close to a cell's centre, a line may be on either side of it
 EVERYWHERE = 2**40  # more columns than any map has
+KEY, KEYS = 2654435, 2**40  # a list's number is one of so many; links are mixed in by an odd factor
 EXACT = 1.3  # heights up to this many rounding constants are exact; the limit is 4/3
 
 
@@ -119,46 +121,102 @@ def columns_between(old, new, along_rows, r):
 
 
 @kernel
-def blocked_links(line, cell, window, stride, start, stop, buffers, links, levels):
-    """Close the packed window's links that cross the blade; lists each with the edge and top there. Returns how many.
+def held_links(height, line, cell, threshold, settled, links, levels):
+    """List the links that the blade closes: those that it stands across, unless its edge is above both cells.
 
-    A closed link gives nothing to the gradients of its neighbours; `slump.link_fluxes` moves soil over and under it,
-    if it is one of those that are swept, in [start, stop).
+    Row k of `links` is then (row, column, along x) of the link from that cell to the next one, row k of `levels` the
+    blade's edge and top there. Its line crosses the centres of each row, and of each column, in one place. Returns how
+    many they are, a number that tells one list from another (0 for an empty one), and whether soil would pass.
     """
-    r0, r1, c0, c1 = window
-    b0, b1, b2, b3 = cells_between(line, line, cell)
-    left, right = max(c0, b2), min(c1, b3)
-    way, along_rows = course(line, cell), is_along_rows(line, line)
-    first, end = columns_between(way, way, along_rows, max(r0, b0))
-    count = 0
-    for r in range(max(r0, b0), min(r1, b1)):
-        base = (r - r0 + 1) * stride - c0
-        first_above, end_above = columns_between(way, way, along_rows, r + 1)
-        for along_x in range(2):
-            low, high = (first - 1, end) if along_x else (min(first, first_above), max(end, end_above))
-            for c in range(max(left, low), min(right, high)):
-                p, step = np.uint64(base + c), np.uint64(1 if along_x else stride)
-                count += close_link(line, cell, start, stop, buffers, links, levels, count, r, c, along_x, p, step)
-        first, end = first_above, end_above
-    return count
+    rows, cols = height.shape
+    per_metre, found = 1.0 / cell, (0, 0, False)
+    if line.ahead_x != 0.0:
+        first, end = centres(line.y, line.ahead_x, line.half, per_metre)
+        per = 1.0 / line.ahead_x
+        for r in range(max(first, 0), min(end, rows)):
+            u = ((r + 0.5) * cell - line.y) * per
+            c = before(line, cell, (line.x - u * line.ahead_y) * per_metre - 0.5, line.ahead_x, r, True)
+            found = take_link(height, line, r, c, 1, u, threshold, settled, links, levels, found)
+    if line.ahead_y != 0.0:
+        first, end = centres(line.x, line.ahead_y, line.half, per_metre)
+        per = -1.0 / line.ahead_y
+        for c in range(max(first, 0), min(end, cols)):
+            u = ((c + 0.5) * cell - line.x) * per
+            r = before(line, cell, (line.y + u * line.ahead_x) * per_metre - 0.5, line.ahead_y, c, False)
+            found = take_link(height, line, r, c, 0, u, threshold, settled, links, levels, found)
+    return found
 
 
 @kernel
-def close_link(line, cell, start, stop, buffers, links, levels, count, r, c, along_x, p, step):
-    """Close the link of cell (r, c), at place p, to the next cell `along_x` or not, if it crosses the blade. Returns 1
-    if it is swept: then it is entry number `count` of the list, else what is written there is to be written over.
+def take_link(height, line, r, c, along_x, u, threshold, settled, links, levels, found):
+    """`found`, of `held_links`, with the link of cell (r, c), `u` m left of the blade's centre, if closed."""
+    count, key, passes = found
+    rows, cols = height.shape
+    real = height.dtype.type
+    next_r, next_c = r + 1 - along_x, c + along_x
+    if next_r < 0 or next_c < 0 or r >= rows or c >= cols:
+        return found
+    a = height[np.uint64(max(r, 0)), np.uint64(max(c, 0))]
+    b = height[np.uint64(min(next_r, rows - 1)), np.uint64(min(next_c, cols - 1))]
+    edge = line.edge + line.roll * u
+    low, top = real(edge), real(edge + line.height)
+    links[count, 0], links[count, 1], links[count, 2] = r, c, along_x
+    levels[count, 0], levels[count, 1] = low, top
+    high = max(a, b)
+    if low >= high:
+        return found
+    passes |= link_excess(high, min(a, b), low, top, threshold) > settled - threshold
+    place = 2 * ((r + 1) * (cols + 2) + c + 1) + along_x
+    return count + 1, (key * KEY + place) % KEYS, passes
+
+
+@kernel
+def centres(middle, ahead, half, per_metre):
+    """(first, end) of the rows, or columns, on whose centres the blade lies, from its middle [m] along them."""
+    span = abs(ahead) * half
+    return (
+        int(ceil((middle - span) * per_metre - 0.5 - NEAR)),
+        int(floor((middle + span) * per_metre - 0.5 + NEAR)) + 1,
+    )
+
+
+@kernel
+def before(line, cell, place, ahead, other, along_x):
+    """The last cell before the blade in row `other` (`along_x`), or column; it crosses that at `place` [cells].
+
+    `ahead`: how much of the blade's normal leads to higher cells. Of a cell whose centre lies on the line, within
+    rounding, its distance decides, as in its row so in its column: else soil could go through between the two.
     """
-    real = levels.dtype.type
-    mask = OPEN_X if along_x else OPEN_Y
-    ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
-    ahead_q, left_q = blade_frame(line, (c + along_x + 0.5) * cell, (r - along_x + 1.5) * cell)
-    u = crossing(ahead, left, ahead_q, left_q)
-    crosses = ((ahead > 0) != (ahead_q > 0)) & (abs(u) <= line.half) & (buffers[mask, p] != 0)
-    buffers[mask, p] = 0 if crosses else buffers[mask, p]
-    links[count, 0], links[count, 1], links[count, 2] = p, p + step, along_x
-    levels[count, 0] = real(line.edge + line.roll * u)
-    levels[count, 1] = real(line.edge + line.roll * u + line.height)
-    return crosses & (start <= p) & (p < stop) & ((along_x == 1) | (buffers[RATE_Y, p] != 0))
+    k = floor(place + 0.5)
+    in_front = (k - place) * ahead > 0.0
+    if abs(k - place) < NEAR:
+        x, y = (k + 0.5) * cell, (other + 0.5) * cell
+        in_front = blade_frame(line, x if along_x else y, y if along_x else x)[0] > 0.0
+    return int(k) - (1 if in_front == (ahead > 0.0) else 0)
+
+
+@kernel
+def close_links(window, stride, start, stop, buffers, links, levels, count):
+    """Close the first `count` links of the list in the packed window.
+
+    Those that are swept, in [start, stop), are listed behind them: row `count` + k of `links` is (place, next place,
+    along x). Returns how many they are. A closed link gives nothing to the gradients of its neighbours;
+    `slump.link_fluxes` moves soil over and under it.
+    """
+    r0, r1, c0, c1 = window
+    n = count
+    for k in range(count):
+        r, c, along_x = links[k, 0], links[k, 1], links[k, 2]
+        if r < r0 or r >= r1 or c < c0 or c >= c1:
+            continue
+        p = np.uint64((r - r0 + 1) * stride + c - c0)
+        mask = OPEN_X if along_x else OPEN_Y
+        is_swept = (buffers[mask, p] != 0) & (start <= p) & (p < stop) & ((along_x == 1) | (buffers[RATE_Y, p] != 0))
+        buffers[mask, p] = 0
+        links[n, 0], links[n, 1], links[n, 2] = p, p + np.uint64(1 if along_x else stride), along_x
+        levels[n, 0], levels[n, 1] = levels[k, 0], levels[k, 1]
+        n += is_swept
+    return n - count
 
 
 @kernel
@@ -275,11 +333,13 @@ def scrape(height, solid, outside, old, new, cell, lock, tally, bank=None):
 def stands_above(height, box, level):
     """Whether a cell of `box` is higher than a level [m]."""
     rows, cols = height.shape
-    count = 0
+    ground, limit = height.ravel(), height.dtype.type(level)
+    first, end = max(box[2], 0), min(box[3], cols)
+    higher = none()
     for r in range(max(box[0], 0), min(box[1], rows)):
-        for c in range(max(box[2], 0), min(box[3], cols)):
-            count += float(height[np.uint64(r), np.uint64(c)]) > level
-    return count > 0
+        for c in range(first, end, LANES):
+            higher |= (load(ground, r * cols + c, end - c) > limit) & among(end - c)
+    return some(higher)
 
 
 @kernel
@@ -297,16 +357,18 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
     span_y = abs(line.ahead_x) * line.half + 0.5 * far * abs(line.ahead_y)
     r0, r1 = max(int(floor((y - span_y) / cell)), 0), min(int(floor((y + span_y) / cell)) + 1, rows)
     c0, c1 = max(int(floor((x - span_x) / cell)), 0), min(int(floor((x + span_x) / cell)) + 1, cols)
-    total = 0.0
-    touching = 0
+    ground = height.ravel()
+    step_ahead, step_left = ramp(0.0, side * cell * line.ahead_x), ramp(0.0, -cell * line.ahead_y)
+    total_, touching = ramp(0.0, 0.0), none()
     for r in range(r0, r1):
-        for c in range(c0, c1):
-            stands = float(height[np.uint64(r), np.uint64(c)]) - base
-            ahead, left = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
-            ahead *= side
-            counts = (stands > 0) & (ahead > 0) & (ahead <= far) & (abs(left) <= line.half)
+        for c in range(c0, c1, LANES):
+            ahead_0, left_0 = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
+            stands = doubles(load(ground, r * cols + c, c1 - c)) - base
+            ahead, left = step_ahead + side * ahead_0, step_left + left_0
+            counts = (stands > 0.0) & (ahead > 0.0) & (ahead <= far) & (left <= line.half) & (left >= -line.half)
+            counts &= among(c1 - c)
             if solid is not None:
-                counts &= not solid[r, c]
-            total += stands if counts else 0.0
-            touching += counts & (ahead <= cell)
-    return total * cell * cell, touching > 0
+                counts &= load(solid.ravel(), r * cols + c, c1 - c) < 1
+            total_ += choose(counts, stands, 0.0)
+            touching |= counts & (ahead <= cell)
+    return total(total_) * cell * cell, some(touching)

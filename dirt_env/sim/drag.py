@@ -31,7 +31,7 @@ def drag(world: World, grid: Grid, soil: Soil, lines: np.ndarray) -> int:
         old, new = line_from(lines[k - 1]), line_from(lines[k])
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-            world.pending, grid.cell, soil, world.quantum, old, new, tally,
+            world.pending, grid.cell, soil, world.quantum, world.machine[0], old, new, tally,
         )  # fmt: skip
         sweeps += tally.sweeps
     area = grid.cell**2

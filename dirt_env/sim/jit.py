@@ -132,7 +132,7 @@ def _prefetch(context: Any, array: Any, place: Any) -> tuple:
         kind = cgutils.ir.FunctionType(cgutils.ir.VoidType(), [cgutils.voidptr_t, word, word, word])
         ask = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
         line = builder.bitcast(builder.gep(data, [values[1]]), cgutils.voidptr_t)
-        builder.call(ask, [line, word(0), word(2), word(1)])  # to be read, not from the nearest cache, data
+        builder.call(ask, [line, word(0), word(3), word(1)])  # to be read, from the nearest cache, data
         return context.get_dummy_value()
 
     return types.none(array, types.intp), generate

@@ -1,12 +1,11 @@
 """Relaxation of the ground to the angle of repose, on an exact active window (see `window` for its layout)."""
 
-from math import sqrt
-
 import numpy as np
 
 from dirt_env.sim.bank import bank_of, loosen
-from dirt_env.sim.blade import Line, blocked_links
+from dirt_env.sim.blade import close_links
 from dirt_env.sim.jit import entry, kernel, uncounted
+from dirt_env.sim.lanes import LANES, among, choose, load, load_all, none, some, spread, store_all
 from dirt_env.sim.laws import RATE, link_excess, quantise, slump_share
 from dirt_env.sim.params import Grid, Soil
 from dirt_env.sim.state import World
@@ -14,12 +13,12 @@ from dirt_env.sim.window import (
     FLUX_X,
     FLUX_Y,
     GROUND,
-    LANES,
     OPEN_X,
     OPEN_Y,
     RATE_Y,
     SETTLED,
     THRESHOLD,
+    WHOLE,
     clear,
     drain,
     moving_box,
@@ -49,24 +48,52 @@ def limits(height, quantum, cell, slope, tolerance):
 
 
 @kernel
-def at_rest(height, box, settled):
-    """Whether no link near the changed cells of `box` can be steeper than `settled`, if all others are at rest.
+def at_rest(height, solid, buffers, box, links, held, settled):
+    """Whether no link near the changed cells of `box` is steeper than `settled`.
 
-    A link next to the changed ones has at most two differences across it that are not looked at here, each at most
-    `settled`, and two of at most 0.6 of it: so |grad|**2 <= (0.6**2 + (0.3 + 0.5)**2) settled**2.
+    `held` links of the list are closed. What lies beyond the window counts as closed, so that of the links along its
+    rim, which no cell of the box has to do with, some may be taken for steep.
     """
     rows, cols = height.shape
-    r0, r1, c0, c1 = max(box[0] - 1, 0), min(box[1] + 1, rows), max(box[2] - 1, 0), min(box[3] + 1, cols)
-    calm = height.dtype.type(0.5999) * settled
-    steep = 0
-    for r in range(r0, r1):
-        above = min(r + 1, r1 - 1)
-        for c in range(c0, c1):
-            h = height[r, c]
-            steep += (abs(height[r, min(c + 1, c1 - 1)] - h) > calm) | (abs(height[above, c] - h) > calm)
-        if steep > 0:
-            return False
-    return True
+    r0, r1, c0, c1 = max(box[0] - 2, 0), min(box[1] + 2, rows), max(box[2] - 2, 0), min(box[3] + 2, cols)
+    tall, wide = r1 - r0, c1 - c0
+    stride = wide + 1
+    x, y, ground = buffers[FLUX_X], buffers[FLUX_Y], height.ravel()
+    no = spread(x.dtype.type(0.0))
+    for c in range(0, stride, LANES):
+        store_all(x, c, no)
+        store_all(y, c, no)
+    for i in range(tall):
+        p, to = (r0 + i) * cols + c0, (i + 1) * stride
+        above = wide if i + 1 < tall else 0
+        for c in range(0, stride, LANES):
+            here = load(ground, p + c, wide - c)
+            store_all(x, to + c, choose(among(wide - 1 - c), load(ground, p + c + 1, wide - 1 - c) - here, no))
+            store_all(y, to + c, choose(among(above - c), load(ground, p + c + cols, above - c) - here, no))
+    for c in range(0, stride, LANES):
+        store_all(x, (tall + 1) * stride + c, no)
+        store_all(y, (tall + 1) * stride + c, no)
+    for k in range(held):
+        r, c, along_x = links[k, 0] - r0, links[k, 1] - c0, links[k, 2]
+        if r >= 0 and r < tall and c >= 0 and c < wide:
+            (x if along_x else y)[(r + 1) * stride + c] = 0
+    if solid is not None:
+        for r in range(r0, r1):
+            for c in range(c0, c1):
+                if solid[r, c]:
+                    p = (r - r0 + 1) * stride + c - c0
+                    x[p] = y[p] = x[p - 1] = y[p - stride] = 0
+    steep, quarter, most = none(), x.dtype.type(0.25), settled * settled
+    for first in range(stride, (tall + 1) * stride, LANES):
+        p, n = first, (tall + 1) * stride - first
+        along_x, along_y = load_all(x, p), load_all(y, p)
+        below = load_all(y, p - stride) + load_all(y, p - stride + 1)
+        left = load_all(x, p - 1) + load_all(x, p + stride - 1)
+        across_x = (along_y + load_all(y, p + 1) + below) * quarter
+        across_y = (along_x + load_all(x, p + stride) + left) * quarter
+        steep |= (along_x * along_x + across_x * across_x > most) & among(n)
+        steep |= (along_y * along_y + across_y * across_y > most) & among(n)
+    return not some(steep)
 
 
 @kernel
@@ -80,19 +107,6 @@ def pack_limits(zones, buffers, stride, window, height, quantum, cell, tolerance
             threshold, settled, _ = limits(height, quantum, cell, zones.soils[index].slope, tolerance)
             p = (r - r0 + 1) * stride + c - c0
             buffers[THRESHOLD, p], buffers[SETTLED, p] = threshold, settled
-
-
-@kernel
-def safe_bound(settled, steepest):
-    """The bound for `at_rest` where links may be settled up to anything from `settled` to the `steepest` [m].
-
-    With differences of at most c looked at, and those across unseen at most `steepest`, |grad|**2 is at most
-    c**2 + (steepest + c)**2 / 4; c is the largest for which that is settled**2, and 0.6 settled where both are equal.
-    """
-    if steepest == settled:
-        return settled
-    c = (sqrt(max(5.0 * settled * settled - steepest * steepest, 0.0)) - 0.5 * steepest) / 2.5
-    return type(settled)(max(c, 0.0) / 0.6)
 
 
 @kernel
@@ -167,27 +181,27 @@ def sweep(buffers, stride, start, stop, moving, links, levels, count, threshold,
     Returns that of this step. A gradient is taken over cells up to a row and one away, so links farther than that from
     what the last step moved carry what they carried in it, which is nothing.
     """
-    near = start + max(moving[0] - stride - 1 - start, 0) // LANES * LANES
-    far = min(start + (moving[1] + 2 * stride - start + LANES - 1) // LANES * LANES, stop)
+    near = start + max(moving[0] - stride - 1 - start, 0) // WHOLE * WHOLE
+    far = min(start + (moving[1] + 2 * stride - start + WHOLE - 1) // WHOLE * WHOLE, stop)
     fluxes(buffers, stride, near, far, threshold, settled, lock, zones)
     if count > 0:
         link_fluxes(buffers, links, levels, count, threshold, settled, lock, zones)
     first, last = moving_range(buffers, near, far)
     if last > first:
-        divergence(buffers, stride, first, min(first + (last + stride - first + LANES - 1) // LANES * LANES, stop))
+        divergence(buffers, stride, first, min(first + (last + stride - first + WHOLE - 1) // WHOLE * WHOLE, stop))
     return first, last
 
 
 @kernel
 def relax(
-    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, line, blade_low, most,
+    height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, held, most,
     zones=None, bank=None,
 ):  # fmt: skip
     """Let the ground slump until no face is steeper than repose (within the tolerance), by at most `most` sweeps.
 
-    `pending` is the window where the ground may be unsettled; what is left of it stays there. `line` is the blade, a
-    barrier where `blade_low`. Bank soil that slumps away loosens where it was (see `bank`). Returns (sweeps, height
-    lost over an open border [m of one cell]).
+    `pending` is the window where the ground may be unsettled; what is left of it stays there. The blade closes the
+    first `held` links of the list (see `blade.held_links`). Bank soil that slumps away loosens where it was (see
+    `bank`). Returns (sweeps, height lost over an open border [m of one cell]).
     """
     rows, cols = height.shape
     border = 0 if outside is None else 1
@@ -203,18 +217,21 @@ def relax(
             pack_limits(zones, buffers, stride, window, height, quantum, cell, soil.tolerance)
         first, last = swept_rows(window, rows, border)
         start = (first + 1) * stride
-        stop = start + ((last - first) * stride + LANES - 1) // LANES * LANES
-        count = 0
-        if blade_low:
-            count = blocked_links(line, cell, window, stride, start, stop, buffers, links, levels)
+        stop = start + ((last - first) * stride + WHOLE - 1) // WHOLE * WHOLE
+        count = close_links(window, stride, start, stop, buffers, links, levels, held)
+        closed, closed_levels = links[held:], levels[held:]
         since = 0
         moving = start, stop
+        low, high = stop, start
         while moving[1] > moving[0] and sweeps < most:
-            moving = sweep(buffers, stride, start, stop, moving, links, levels, count, threshold, settled, lock, zones)
+            moving = sweep(
+                buffers, stride, start, stop, moving, closed, closed_levels, count, threshold, settled, lock, zones
+            )
             sweeps += 1
             since += 1
             if moving[1] <= moving[0]:
                 break
+            low, high = min(low, moving[0]), max(high, moving[1])
             if outside is not None:
                 lost += drain(outside, buffers, stride, window, rows, cols)
                 moving = start, stop  # what was drained moves links too
@@ -223,7 +240,7 @@ def relax(
             if since == PATIENCE:
                 break
         if since > 1 or moving[1] > moving[0]:
-            unpack(height, buffers, stride, window, changed)
+            unpack(height, buffers, stride, window, (low, high), changed)
         if moving[1] > moving[0]:
             moving_box(buffers, stride, window, pending)
             pending[0], pending[1], pending[2], pending[3] = on_map(pending, rows, cols)
@@ -239,12 +256,12 @@ def relax(
 
 
 @entry
-def settle_window(world: World, grid: Grid, soil: Soil, line: Line, zones: Zones | None = None) -> int:
+def settle_window(world: World, grid: Grid, soil: Soil, zones: Zones | None = None) -> int:
     """Relax what is pending of a world whose blade is up; returns the sweeps it took."""
     world, zones = uncounted(world), uncounted(zones)
     sweeps, lost = relax(
         world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-        world.pending, grid.cell, soil, world.quantum, line, False, soil.max_sweeps,
+        world.pending, grid.cell, soil, world.quantum, 0, soil.max_sweeps,
         zones, bank_of(world.bank, world.natural, soil.swell),
     )  # fmt: skip
     world.tally[0].lost += lost * grid.cell**2

@@ -5,15 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dirt_env.sim.lanes import LANES
 from dirt_env.sim.params import Grid
 
 # The machine: pivot [m], heading [rad, counter-clockwise from +x], ground under the pivot [m], slopes of the plane of
 # the tracks along and to the left of the heading [-], edge height over that plane [m], actual speed [m/s] and yaw
-# rate [rad/s], and the soil ahead of the blade [m3].
+# rate [rad/s], the soil ahead of the blade [m3], and a number for the links that it closed when the ground last was
+# looked at (see `blade.held_links`).
 POSE = np.dtype(
     (
         np.record,
-        [(name, "f8") for name in ("x", "y", "heading", "z", "pitch", "roll", "edge", "speed", "yaw_rate", "load")],
+        [
+            (name, "f8")
+            for name in ("x", "y", "heading", "z", "pitch", "roll", "edge", "speed", "yaw_rate", "load", "held")
+        ],
     )
 )
 
@@ -93,7 +98,7 @@ def make_world(
             f"height has {np.count_nonzero(~np.isfinite(height))} cells that are not finite; allowed: none"
         )
     quantum = quantum_for(grid.cell, float(np.abs(height).max()))
-    ground = (np.round(height / quantum) * quantum).astype(dtype)
+    ground = np.ascontiguousarray(np.round(height / quantum) * quantum, dtype)
     solid = np.ascontiguousarray(solid, np.bool_) if solid is not None and np.any(solid) else None
     machine = np.zeros(1, POSE)
     machine[0].edge = np.inf  # in nobody's way until it is placed
@@ -115,7 +120,7 @@ def work_space(height: np.ndarray) -> dict[str, np.ndarray]:
     rows, cols = height.shape
     crossings = rows + cols + 8  # of the blade: rows + cols + 4 at most, and the place after the last
     return {
-        "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4)), height.dtype),
-        "links": np.zeros((crossings, 3), np.int64),
-        "link_levels": np.zeros((crossings, 2), height.dtype),
+        "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4) + LANES), height.dtype),
+        "links": np.zeros((2 * crossings, 3), np.int64),  # on the map, and in the window
+        "link_levels": np.zeros((2 * crossings, 2), height.dtype),
     }

@@ -8,11 +8,12 @@ its upper link y[p], to p + stride. The rows of the buffers are named below.
 import numpy as np
 
 from dirt_env.sim.jit import kernel
+from dirt_env.sim.lanes import LANES, first_of, last_of, load, some, spread, store, store_all
 from dirt_env.sim.laws import RATE
 
 GROUND, OPEN_X, OPEN_Y, RATE_Y, FLUX_X, FLUX_Y = range(6)
 THRESHOLD, SETTLED = 6, 7  # of each cell, where the angle of repose differs from cell to cell
-LANES = 8  # the loops of a sweep run over multiples of it, so that none of their work is left over as scalars
+WHOLE = 8  # the loops of a sweep run over multiples of it, so that none of their work is left over as scalars
 
 
 @kernel
@@ -90,26 +91,41 @@ def drain(outside, buffers, stride, window, rows, cols):
 
 
 @kernel
-def open_links(buffers, tall, stride, end):
-    """Open all links inside a window, and still all fluxes."""
-    ground = buffers[GROUND]
+def copy_cells(source, place, target, to, count):
+    """Copy `count` numbers of a flat array to another; up to LANES - 1 places behind them are written to, too."""
+    for k in range(0, count, LANES):
+        store_all(target, to + k, load(source, place + k, count - k))
+
+
+@kernel
+def fill(numbers, start, stop, value):
+    """Make numbers[start:stop] of a flat array `value`, and up to LANES - 1 more."""
+    same = spread(value)
+    for k in range(start, stop, LANES):
+        store_all(numbers, k, same)
+
+
+@kernel
+def fill_rows(numbers, first, last, end, no, value):
+    """Make numbers[first:last] `value`, and those before and after it up to `end` or a few more `no`."""
+    fill(numbers, 0, first, no)
+    fill(numbers, first, last, value)
+    fill(numbers, last, end, no)
+
+
+@kernel
+def open_links(buffers, tall, stride, first, last):
+    """Open all links inside a window, and still those that are not swept, of all rows but [first, last)."""
     open_x, open_y, rate_y = buffers[OPEN_X], buffers[OPEN_Y], buffers[RATE_Y]
     flux_x, flux_y = buffers[FLUX_X], buffers[FLUX_Y]
-    real = ground.dtype.type
-    no, yes, rate = real(0.0), real(1.0), real(RATE)
-    for k in range(stride):  # the closed row below
-        p = np.uint64(k)
-        open_x[p] = open_y[p] = rate_y[p] = flux_x[p] = flux_y[p] = no
-    for k in range(stride, (tall + 1) * stride):
-        p = np.uint64(k)
-        open_x[p] = open_y[p] = yes
-        rate_y[p] = rate
-        flux_x[p] = flux_y[p] = no
-    for k in range(tall * stride, end):  # the upper links of the top row, and the closed row above
-        open_y[np.uint64(k)] = no
-    for k in range((tall + 1) * stride, end):
-        p = np.uint64(k)
-        open_x[p] = rate_y[p] = flux_x[p] = flux_y[p] = no
+    real = open_x.dtype.type
+    no, yes, top, end = real(0.0), real(1.0), (tall + 1) * stride, (tall + 2) * stride + WHOLE
+    fill_rows(open_x, stride, top, end, no, yes)
+    fill_rows(open_y, stride, top - stride, end, no, yes)  # so that nothing crosses the top row's upper links
+    fill_rows(rate_y, stride, top, end, no, real(RATE))
+    for flux in (flux_x, flux_y):
+        fill(flux, 0, (first + 1) * stride, no)
+        fill(flux, (last + 1) * stride, end, no)
     for i in range(tall):
         p = np.uint64((i + 2) * stride - 1)  # the closed column
         open_x[p] = open_x[p - np.uint64(1)] = open_y[p] = no
@@ -174,16 +190,12 @@ def pack(height, solid, outside, buffers, window, border):
     r0, r1, c0, c1 = window
     tall, wide = r1 - r0, c1 - c0
     stride = wide + 1
-    end = (tall + 2) * stride + LANES
-    open_links(buffers, tall, stride, end)
+    open_links(buffers, tall, stride, *swept_rows(window, rows, border))
     close_rim(buffers, tall, wide, stride, window, rows, cols, border)
-    ground = buffers[GROUND]
+    ground, ground_map = buffers[GROUND], height.ravel()
     first, count = max(c0, 0), min(c1, cols) - max(c0, 0)
     for r in range(max(r0, 0), min(r1, rows)):
-        line, base = height[r], np.uint64((r - r0 + 1) * stride + first - c0)
-        for k in range(count):
-            j = np.uint64(k)
-            ground[base + j] = line[np.uint64(first) + j]
+        copy_cells(ground_map, r * cols + first, ground, (r - r0 + 1) * stride + first - c0, count)
     if solid is not None:
         close_solid(solid, buffers, stride, window, rows, cols)
     if outside is not None and (r0 < 0 or c0 < 0 or r1 > rows or c1 > cols):
@@ -193,29 +205,24 @@ def pack(height, solid, outside, buffers, window, border):
 
 
 @kernel
-def unpack(height, buffers, stride, window, changed):
-    """Copy the window's ground back onto the map, and widen `changed` by the cells that this alters."""
+def unpack(height, buffers, stride, window, moved, changed):
+    """Copy the window's ground back onto the map, and widen `changed` by the cells that this alters.
+
+    `moved`: (first, last + 1) of the places of links that have moved soil; other rows than theirs are as they were.
+    """
     rows, cols = height.shape
     r0, r1, c0, c1 = window
-    ground = buffers[GROUND]
-    first, count = max(c0, 0), min(c1, cols) - max(c0, 0)
-    for r in range(max(r0, 0), min(r1, rows)):
-        line, base = height[r], np.uint64((r - r0 + 1) * stride + first - c0)
-        altered = 0
-        for k in range(count):
-            j = np.uint64(k)
-            altered += line[np.uint64(first) + j] != ground[base + j]
-        if altered == 0:
-            continue
-        left, right = 0, count - 1
-        while line[np.uint64(first + left)] == ground[base + np.uint64(left)]:
-            left += 1
-        while line[np.uint64(first + right)] == ground[base + np.uint64(right)]:
-            right -= 1
-        for k in range(left, right + 1):
-            j = np.uint64(k)
-            line[np.uint64(first) + j] = ground[base + j]
-        widen(changed, r, r + 1, first + left, first + right + 1)
+    ground, ground_map = buffers[GROUND], height.ravel()
+    first, end = max(c0, 0), min(c1, cols)
+    low, high = r0 + moved[0] // stride - 1, r0 + (moved[1] - 1) // stride + 1  # a link of the row below moves it too
+    for r in range(max(r0, low, 0), min(r1, high, rows)):
+        for c in range(first, end, LANES):
+            p, n = r * cols + c, end - c
+            new = load(ground, (r - r0 + 1) * stride + c - c0, n)
+            altered = load(ground_map, p, n) != new
+            if some(altered):
+                store(ground_map, p, new, n)
+                widen(changed, r, r + 1, c + first_of(altered), c + last_of(altered) + 1)
 
 
 @kernel

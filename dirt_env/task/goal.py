@@ -7,11 +7,12 @@ import numpy as np
 
 from dirt_env.sim.bank import Bank, bank_gain, bank_metres
 from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.lanes import LANES, choose, doubles, has, load, ramp, total
 from dirt_env.task.job import Job
 from dirt_env.task.kinds import DESIGN, GOAL, OUTSIDE, STRAY
 
 SUMS = 6
-SIDE = 8  # rows and columns of cells that are added up together
+SIDE = LANES  # rows and columns of cells that are added up together
 
 
 class Remaining(NamedTuple):
@@ -81,45 +82,49 @@ def measure(height, job: Job, cell, changed, sums: Sums, bank: Bank | None = Non
     if changed[0] < changed[1] and changed[2] < changed[3]:
         for b in range(changed[0] // SIDE, (changed[1] - 1) // SIDE + 1):
             for k in range(changed[2] // SIDE, (changed[3] - 1) // SIDE + 1):
-                _add_block(height, job.target, job.haul, job.kind, b * SIDE, k * SIDE, sums.blocks[b, k], bank)
+                _add_block(height, job, b * SIDE, k * SIDE, sums.blocks[b, k], bank)
             _add_up(sums.blocks[b], sums.bands[b])
     _add_up(sums.bands, sums.total)
     _conclude(job, cell * cell, sums.total, sums.result)
 
 
 @kernel
-def _add_block(height, target, haul, kind, r0, c0, block, bank):
-    """Fill block[SUMS] for the cells from row r0 and column c0 on; most of them are as they should be, and add nothing.
+def _add_block(height, job, r0, c0, block, bank):
+    """Fill block[SUMS] for the cells from row r0 and column c0 on.
 
     The sums [m of one cell]: soil above the target times its way, that outside the goal, that which is stray; gain in
     the goal; what the design lacks; the square of its error.
     """
     rows, cols = height.shape
-    way = over = stray = gain = lack = square = 0.0
-    for i in range(r0, min(r0 + SIDE, rows)):
-        for j in range(c0, min(c0 + SIDE, cols)):
-            r, c = np.uint64(i), np.uint64(j)
-            off = np.float64(height[r, c] - target[r, c])
-            error = gained = off
-            if bank is not None:
-                share = 1.0 / (1.0 + bank.swell)
-                off = bank_metres(np.float64(height[r, c]), bank.now[r, c], target[r, c], share)
-                gained = bank_gain(np.float64(height[r, c]), bank.now[r, c], bank.natural[r, c], target[r, c], share)
-            elif off == 0.0:
-                continue
-            bits, above = kind[r, c], max(off, 0.0)
-            way += above * haul[r, c]
-            over += above if bits & OUTSIDE else 0.0
-            stray += above if bits & STRAY else 0.0
-            gain += gained if bits & GOAL else 0.0
-            lack += max(-off, 0.0) if bits & DESIGN else 0.0
-            square += error * error if bits & DESIGN else 0.0
-    block[0], block[1], block[2], block[3], block[4], block[5] = way, over, stray, gain, lack, square
+    n = cols - c0
+    ground, targets, hauls, kinds = height.ravel(), job.target.ravel(), job.haul.ravel(), job.kind.ravel()
+    way, over, stray = ramp(0.0, 0.0), ramp(0.0, 0.0), ramp(0.0, 0.0)
+    gain, lack, square = ramp(0.0, 0.0), ramp(0.0, 0.0), ramp(0.0, 0.0)
+    for r in range(r0, min(r0 + SIDE, rows)):
+        p = r * cols + c0
+        off = doubles(load(ground, p, n) - load(targets, p, n))
+        gained, error = off, off
+        if bank is not None:
+            share, target, height_ = 1.0 / (1.0 + bank.swell), doubles(load(targets, p, n)), doubles(load(ground, p, n))
+            now, natural = doubles(load(bank.now.ravel(), p, n)), doubles(load(bank.natural.ravel(), p, n))
+            off, gained = bank_metres(height_, now, target, share), bank_gain(height_, now, natural, target, share)
+        bits = load(kinds, p, n)
+        above = choose(off > 0.0, off, 0.0)
+        way += above * doubles(load(hauls, p, n))
+        over += choose(has(bits, OUTSIDE), above, 0.0)
+        stray += choose(has(bits, STRAY), above, 0.0)
+        gain += choose(has(bits, GOAL), gained, 0.0)
+        if job.design_cells > 0.0:
+            in_design = has(bits, DESIGN)
+            lack += choose(in_design & (off < 0.0), 0.0 - off, 0.0)
+            square += choose(in_design, error * error, 0.0)
+    block[0], block[1], block[2] = total(way), total(over), total(stray)
+    block[3], block[4], block[5] = total(gain), total(lack), total(square)
 
 
 @kernel
-def _add_up(parts, total):
-    """Sum parts[n, SUMS] over the parts to total[SUMS]."""
+def _add_up(parts, whole):
+    """Sum parts[n, SUMS] over the parts to whole[SUMS]."""
     way = over = stray = gain = lack = square = 0.0
     for i in range(parts.shape[0]):
         way += parts[i, 0]
@@ -128,7 +133,7 @@ def _add_up(parts, total):
         gain += parts[i, 3]
         lack += parts[i, 4]
         square += parts[i, 5]
-    total[0], total[1], total[2], total[3], total[4], total[5] = way, over, stray, gain, lack, square
+    whole[0], whole[1], whole[2], whole[3], whole[4], whole[5] = way, over, stray, gain, lack, square
 
 
 @kernel

@@ -8,6 +8,7 @@ OUTSIDE, GOAL, STRAY, DESIGN, SOLID = 1, 2, 4, 8, 16
 """Bits of a kind: outside the goal; in it; outside goal, start and design; in the design region; wall."""
 
 HUGE = float(np.float32(1e30))  # m; no ground is as high
+HIGH = np.float32(0.5 * HUGE)
 
 
 @kernel
@@ -19,7 +20,7 @@ def least_todo(kind, limit):
 @kernel
 def todo(over, limit, goal_depth):
     """What is to do in a cell [m], from its height over the aim, cut off below by `least_todo`: soil to take away."""
-    return -goal_depth if over > 0.5 * HUGE else min(float(over), limit)
+    return -goal_depth if over > HIGH else min(over, limit)
 
 
 @entry

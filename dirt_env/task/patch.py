@@ -5,7 +5,7 @@ the numbers. A pixel outside the site is treated as the nearest cell's and paint
 a row of pixels is a straight line over the site, and those of it inside are one run, found from its ends.
 """
 
-from math import cos, sin
+from math import cos, floor, sin
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from dirt_env.task.kinds import SOLID, least_todo, todo
 
 HEIGHT, TODO, WALLS = range(3)
 CHANNELS = ("height", "todo", "walls")
+STEEP = 1e300  # one over the slope of a line along the border
+COARSEST = 1e6  # cells that a pixel counts as wide at most: its neighbours lie beyond any site anyway
 SURE = 1e-6  # cells that a corner of the patch must be clear of a border for it not to be looked at
 
 
@@ -21,31 +23,40 @@ SURE = 1e-6  # cells that a corner of the patch must be clear of a border for it
 def fill_patch(height, job, pose, cell, view, patch):
     """Fill the channels `view.channels` of patch[channels, size, size]; row 0 farthest ahead, column 0 farthest left.
 
-    A pixel shows the cell that its centre lies in; on a line between two cells that is the eastern or northern one.
+    A pixel shows the cell that its centre lies in; on a line between two cells, to the precision of single numbers,
+    that is the eastern or northern one.
     """
-    channels, ground = view.channels, pose.z
-    rows, cols = height.shape
-    size, step = patch.shape[1], view.resolution / cell
+    channels, rows, cols = view.channels, height.shape[0], height.shape[1]
+    size, step = patch.shape[1], min(view.resolution / cell, COARSEST)
     east, north = cos(pose.heading) * step, sin(pose.heading) * step
     x, y, ahead, left = pose.x / cell, pose.y / cell, view.ahead * size - 0.5, 0.5 * size - 0.5
     number = patch[-1].view(np.int32)
-    for i in range(size):
-        x0, y0 = _row_start(x, y, ahead, left, east, north, i)
-        _number_row(x0, north, y0, east, rows, cols, number, i)
+    _number_cells(x, y, ahead, left, east, north, rows, cols, number)
     numbers, heights, aims, kinds = number.ravel(), height.ravel(), job.aim.ravel(), job.kind.ravel()
+    ground, shared = -1, job.design_cells == 0.0
+    for k in range(len(channels)):
+        ground = k if channels[k] == HEIGHT else ground
+    shared &= ground >= 0  # heights are fetched once for both channels
     for k in range(len(channels)):
         pixels = patch[k].ravel()
         if channels[k] == HEIGHT:
-            _fetch_height(heights, numbers, pixels)
-            _clip_height(ground, view.limit, pixels)
+            _fetch(heights, numbers, pixels)
         elif channels[k] == WALLS:
             _fetch_walls(kinds, numbers, pixels)
+        elif shared:
+            _fetch(aims, numbers, pixels)
+        elif job.design_cells > 0.0:
+            _fetch_design(heights, aims, kinds, job.limit, numbers, pixels)
         else:
-            if job.design_cells > 0.0:
-                _fetch_design(heights, aims, kinds, job.limit, numbers, pixels)
-            else:
-                _fetch_todo(heights, aims, numbers, pixels)
+            _fetch_todo(heights, aims, numbers, pixels)
+    for k in range(len(channels)):
+        if channels[k] == TODO:
+            pixels = patch[k].ravel()
+            if shared:
+                _take_from(patch[ground].ravel(), pixels)
             _clip_todo(job.limit, job.goal_depth, pixels)
+    if ground >= 0:
+        _clip_height(pose.z, view.limit, patch[ground].ravel())
     _paint_outside(channels, view.beyond, x, y, ahead, left, east, north, rows, cols, patch)
 
 
@@ -56,12 +67,27 @@ def _row_start(x, y, ahead, left, east, north, i):
 
 
 @kernel
-def _number_row(x, north, y, east, rows, cols, number, i):
-    """Write row * cols + column of the cell under each pixel, or of the nearest, to number[i]."""
-    wide, right, top = np.int32(cols), cols - 1.0, rows - 1.0
-    for j in range(number.shape[1]):
-        row, column = min(max(y - j * east, 0.0), top), min(max(x + j * north, 0.0), right)
-        number[i, np.uint64(j)] = np.int32(row) * wide + np.int32(column)
+def _number_cells(x, y, ahead, left, east, north, rows, cols, number):
+    """Write row * cols + column of the cell under each pixel, or of the nearest, to number[size, size].
+
+    In single precision, counted from the machine's cell, so that a large site costs none of it near the machine. The
+    bounds are whole numbers that it holds exactly: no rounding leads beyond them.
+    """
+    size, real, whole = number.shape[0], np.float32, np.int32
+    own_column, own_row = floor(x), floor(y)
+    west, east_end, south, north_end = (
+        real(-own_column), real(cols - 1.0 - own_column), real(-own_row), real(rows - 1.0 - own_row),
+    )  # fmt: skip
+    wide, own, along_x, along_y = whole(cols), whole(own_row * cols + own_column), real(north), real(east)
+    for i in range(size):
+        x0, y0 = _row_start(x - own_column, y - own_row, ahead, left, east, north, i)
+        first_x, first_y = real(x0), real(y0)
+        for j in range(size):
+            k = real(whole(j))
+            column = np.floor(min(max(first_x + k * along_x, west), east_end))
+            row = np.floor(min(max(first_y - k * along_y, south), north_end))
+            start = whole(whole(row) * wide)  # numba makes 64 bits of every product and sum
+            number[i, np.uint64(j)] = whole(whole(start + whole(column)) + own)
 
 
 @kernel
@@ -79,7 +105,7 @@ def _paint_outside(channels, beyond, x, y, ahead, left, east, north, rows, cols,
     past_north = corner_y - min(y_left, 0.0) - min(x_right, 0.0) > rows - SURE
     if not (west or past_east or south or past_north):
         return
-    per_x, per_y = 1.0 / north if north != 0.0 else 0.0, -1.0 / east if east != 0.0 else 0.0
+    per_x, per_y = 1.0 / north if north != 0.0 else STEEP, -1.0 / east if east != 0.0 else STEEP
     for i in range(size):
         x0, y0 = _row_start(x, y, ahead, left, east, north, i)
         first, end = 0, size
@@ -91,8 +117,9 @@ def _paint_outside(channels, beyond, x, y, ahead, left, east, north, rows, cols,
             first, end = _keep(first, end, y0, -east, per_y, 0.0, size, east <= 0.0)
         if past_north:
             first, end = _keep(first, end, y0, -east, per_y, float(rows), size, east > 0.0)
-        if first > 0 or end < size:
-            _paint(channels, beyond, patch, i, first, end)
+        for k in range(len(channels)):
+            value = np.float32(beyond if channels[k] == HEIGHT else (1.0 if channels[k] == WALLS else 0.0))
+            _paint(patch[k, i], np.int32(first), np.int32(end), value)
 
 
 @kernel
@@ -103,38 +130,29 @@ def _keep(first, end, start, slope, per_slope, level, count, is_after):
 
 
 @kernel
-def _paint(channels, beyond, patch, i, first, end):
-    """Make the pixels of row i before `first` and from `end` on, or all of them, those of ground outside the site."""
-    size = patch.shape[1]
-    for k in range(len(channels)):
-        value = np.float32(beyond if channels[k] == HEIGHT else (1.0 if channels[k] == WALLS else 0.0))
-        for j in range(min(first, size) if first < end else size):
-            patch[k, i, np.uint64(j)] = value
-        for j in range(end, size):
-            patch[k, i, np.uint64(j)] = value
-
-
-@kernel
 def _crossing(start, slope, per_slope, level, count):
     """The first j of [0, count) where start + j slope has come to the level, or if it falls, below it; else `count`.
 
-    `per_slope`, one over the slope, finds it, and the numbers themselves put right what it rounded.
+    `per_slope`, one over the slope, finds it or the one before it, as the numbers themselves then tell.
     """
-    rising = slope >= 0.0
-    j = 0 if (start >= level) == rising else count
-    if abs(slope) > 1e-6:
-        j = int(min(max((level - start) * per_slope, 0.0), float(count)))
-    while j > 0 and (start + (j - 1) * slope >= level) == rising:
-        j -= 1
-    while j < count and (start + j * slope >= level) != rising:
-        j += 1
-    return j
+    j = int(min(max((level - start) * per_slope, 0.0), float(count)))
+    is_before = (start + j * slope >= level) != (slope >= 0.0)
+    return j + (1 if is_before & (j < count) else 0)
 
 
 @kernel
-def _fetch_height(height, number, pixels):
+def _paint(pixels, first, end, value):
+    """Make a row's pixels before `first` and from `end` on, or all of them, `value`: all in vectors, without a jump."""
     for j in range(pixels.shape[0]):
-        pixels[j] = height[np.uint32(number[j])]
+        k = np.int32(j)
+        pixels[np.uint64(j)] = value if (k < first) | (k >= end) else pixels[np.uint64(j)]
+
+
+@kernel
+def _fetch(cells, number, pixels):
+    """What is in the cells [n], at every pixel's."""
+    for j in range(pixels.shape[0]):
+        pixels[j] = cells[np.uint32(number[j])]
 
 
 @kernel
@@ -158,12 +176,21 @@ def _fetch_design(height, aim, kind, limit, number, pixels):
 
 
 @kernel
-def _clip_height(ground, limit, pixels):
+def _take_from(height, pixels):
+    """The height over the aim, from the height and the aim; soil to take away only."""
     for j in range(pixels.shape[0]):
-        pixels[j] = min(max(float(pixels[j]) - ground, -limit), limit)
+        pixels[j] = max(height[j] - pixels[j], np.float32(0.0))
+
+
+@kernel
+def _clip_height(ground, limit, pixels):
+    level, most = np.float32(ground), np.float32(limit)
+    for j in range(pixels.shape[0]):
+        pixels[j] = min(max(pixels[j] - level, -most), most)
 
 
 @kernel
 def _clip_todo(limit, goal_depth, pixels):
+    most, goal = np.float32(limit), np.float32(goal_depth)
     for j in range(pixels.shape[0]):
-        pixels[j] = todo(pixels[j], limit, goal_depth)
+        pixels[j] = todo(pixels[j], most, goal)

@@ -137,7 +137,7 @@ def test_sweeping_settled_ground_changes_nothing():
     before = world.height.copy()
     assert world.pending[1] <= world.pending[0]
     world.pending[:] = 0, grid.rows, 0, grid.cols
-    settle_window(world, grid, soil, line_at(0.0, 0.0, 0.0))
+    settle_window(world, grid, soil)
     np.testing.assert_array_equal(world.height, before)
 
 

@@ -121,6 +121,25 @@ def test_settled_ground_costs_no_sweeps_and_a_second_settling_changes_nothing():
     np.testing.assert_array_equal(world.height, again)
 
 
+@pytest.mark.parametrize("open_border", [False, True])
+def test_looking_at_ground_that_is_known_to_be_at_rest_changes_nothing(open_border):
+    rng, solid = np.random.default_rng(8), np.zeros((40, 48), bool)
+    solid[10:12, 10:12] = solid[30, 20:30] = True
+    ground = np.where(solid, 0.0, np.abs(rng.normal(0.0, 0.4, (40, 48))))
+    lean, grid = world_with_machine(ground, 12.0, 10.0, 0.3, solid=solid, open_border=open_border)
+    full, _ = world_with_machine(ground, 12.0, 10.0, 0.3, solid=solid, open_border=open_border)
+    looked = 0
+    for _ in range(300):
+        command = Command(*rng.uniform((-2.0, -0.6, -0.25), (2.0, 0.6, 0.75)))
+        full.machine[0].held = -1.0  # no list of closed links has that number
+        for world in (lean, full):
+            advance(world, grid, SOIL, BLADE, MACHINE, command, 0.1)
+        looked += full.tally[0].sweeps
+        assert full.machine[0].held == lean.machine[0].held
+        assert (lean.height == full.height).all()
+    assert looked > 50
+
+
 def test_substeps_follow_the_faster_end_of_the_blade():
     assert substeps(0.0, 0.0, 0.5, 0.5, BLADE) == 1
     assert substeps(2.0, 0.0, 0.5, 0.5, BLADE) == 4

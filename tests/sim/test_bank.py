@@ -8,6 +8,8 @@ import pytest
 from dirt_env.bench.stability.worlds import grown
 from dirt_env.sim.advance import advance, place, settle
 from dirt_env.sim.bank import Bank, bank_gain, bank_metres, growth
+from dirt_env.sim.jit import entry
+from dirt_env.sim.lanes import LANES, load, store
 from dirt_env.sim.params import Blade, Command, Machine
 from dirt_env.sim.slump import limits
 from tests.sim.worlds import FINE, SOIL, line_at, settled, straight, sweep_blade, world_of
@@ -159,6 +161,24 @@ def test_what_is_to_be_added_is_a_matter_of_the_depth_alone():
     assert growth(bank, 1, 1, np.float32(0.0), lock) == 0.0
 
 
+@entry
+def metres_and_gain(numbers, found):
+    """Both of the columns (height, now, natural, target) that numbers f8[4, LANES] has."""
+    height, now, natural, target = (
+        load(numbers[0], 0, LANES), load(numbers[1], 0, LANES), load(numbers[2], 0, LANES), load(numbers[3], 0, LANES),
+    )  # fmt: skip
+    store(found[0], 0, bank_metres(height, now, target, 0.8), LANES)
+    store(found[1], 0, bank_gain(height, now, natural, target, 0.8), LANES)
+
+
+def of_column(height, now, natural, target):
+    """(metres of bank soil over the target, gain) of one column, the last of some."""
+    numbers, found = np.zeros((4, LANES)), np.zeros((2, LANES))
+    numbers[:, -1] = height, now, natural, target
+    metres_and_gain(numbers, found)
+    return found[:, -1]
+
+
 @pytest.mark.parametrize(
     ("height", "now", "target", "expected"),
     [
@@ -171,7 +191,7 @@ def test_what_is_to_be_added_is_a_matter_of_the_depth_alone():
     ],
 )
 def test_soil_over_a_target_counts_as_bank_soil(height, now, target, expected):
-    assert bank_metres(height, now, target, 0.8) == pytest.approx(expected)
+    assert of_column(height, now, 0.0, target)[0] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +204,7 @@ def test_soil_over_a_target_counts_as_bank_soil(height, now, target, expected):
     ],
 )
 def test_what_a_column_gains_counts_as_bank_soil(height, now, natural, target, expected):
-    assert bank_gain(height, now, natural, target, 0.8) == pytest.approx(expected)
+    assert of_column(height, now, natural, target)[1] == pytest.approx(expected)
 
 
 def test_methods_that_know_loose_soil_only_are_refused():

@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dirt_env.sim.blade import Line, blade_frame, blocked_links, box_around, load_ahead, scrape
+from dirt_env.sim.blade import Line, blade_frame, box_around, held_links, load_ahead, scrape
 from dirt_env.sim.diagnostics import volume
 from dirt_env.sim.slump import limits
 from dirt_env.sim.state import TALLY
-from dirt_env.sim.window import pack, swept_rows
 from tests import naive
 from tests.sim.worlds import FINE, SOIL, line_at, straight, sweep_blade, world_of
 
@@ -207,15 +206,11 @@ def test_the_box_around_a_blade_holds_every_link_it_crosses(heading):
         assert along_x in (0, 1)
 
 
-def closed_links(blade, n):
+def closed_links(blade, n, ground=0.0):
     """(along x, row, column) of the links of a map of n x n cells of 0.5 m that the kernel closes."""
-    world, _ = layer(n, n, 0.0)
-    window = (0, n, 0, n)
-    stride = pack(world.height, None, None, world.buffers, window, 0)
-    first, last = swept_rows(window, n, 0)
-    swept = (first + 1) * stride, (last + 1) * stride
-    count = blocked_links(blade, 0.5, window, stride, *swept, world.buffers, world.links, world.link_levels)
-    return sorted((along_x, p // stride - 1, p % stride) for p, _, along_x in world.links[:count].tolist())
+    world, _ = layer(n, n, ground)
+    count, _, _ = held_links(world.height, blade, 0.5, 0.3, 0.3, world.links, world.link_levels)
+    return sorted((along_x, r, c) for r, c, along_x in world.links[:count].tolist())
 
 
 @pytest.mark.parametrize("eighth", range(-4, 5))
@@ -223,8 +218,45 @@ def test_a_blade_on_centres_and_borders_of_cells_closes_what_it_crosses(eighth):
     for x in np.arange(3.0, 4.6, 0.125):
         for y in (3.0, 3.125, 3.25, 3.75, 4.1):
             for width in (3.0, 2.0):
-                blade = line_at(x, y, 0.25 * pi * eighth, width=width)
+                blade = line_at(x, y, 0.25 * pi * eighth, width=width, edge=-0.1)
                 assert closed_links(blade, 16) == sorted(link[:3] for link in naive.blocked_links((16, 16), 0.5, blade))
+
+
+def test_a_blade_that_hangs_above_both_cells_of_a_link_does_not_close_it():
+    at = 4.0, 4.0, 0.3
+    crossed = closed_links(line_at(*at, edge=-0.01), 16)
+    assert len(crossed) > 6
+    assert closed_links(line_at(*at, edge=0.01), 16) == []
+    assert closed_links(line_at(*at, edge=0.29), 16, ground=0.3) == crossed
+    world, _ = layer(16, 16, 0.0)
+    world.height[:, 8:] = 0.5  # a step of the ground, which the blade stands along
+    blade = line_at(4.1, 4.0, 0.0, edge=0.45, roll=0.1)
+    held, _, _ = held_links(world.height, blade, 0.5, 0.3, 0.3, world.links, world.link_levels)
+    twin = naive.held_links(world.height, 0.5, blade)
+    assert sorted(world.links[:held, [2, 0, 1]].tolist()) == sorted(list(link[:3]) for link in twin)
+    assert 0 < held < len(list(naive.blocked_links((16, 16), 0.5, blade)))
+
+
+def test_lists_of_closed_links_are_told_apart_by_their_numbers():
+    world, _ = layer(24, 24, 0.0)
+    rng, seen = np.random.default_rng(3), {}
+    for _ in range(3000):
+        blade = line_at(*rng.uniform(2.0, 10.0, 2), rng.uniform(-3.0, 3.0), edge=-0.1)
+        held, key, passes = held_links(world.height, blade, 0.5, 0.3, 0.3, world.links, world.link_levels)
+        assert seen.setdefault(key, world.links[:held].tolist()) == world.links[:held].tolist()
+        assert key > 0
+        assert not passes
+    assert len(seen) > 1000
+    up = line_at(5.0, 5.0, 0.0, edge=0.1)
+    assert held_links(world.height, up, 0.5, 0.3, 0.3, world.links, world.link_levels)[:2] == (0, 0)
+
+
+def test_soil_that_would_pass_over_the_top_or_under_the_edge_is_noticed():
+    world, _ = layer(16, 16, 0.0)
+    world.height[:, 8:] = 2.0
+    for height, edge, passes in ((3.0, -0.1, False), (1.0, -0.1, True), (3.0, 0.5, True), (3.0, 0.2, False)):
+        blade = line_at(4.1, 4.0, 0.0, edge=edge, height=height)
+        assert held_links(world.height, blade, 0.5, 0.3, 0.31, world.links, world.link_levels)[2] == passes
 
 
 def test_a_blade_on_centres_of_cells_carries_the_same_in_all_directions():

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import dirt_env
-from dirt_env.sim import jit
+from dirt_env.sim import jit, lanes
 
 pytestmark = pytest.mark.slow
 
@@ -299,9 +299,9 @@ def test_no_kernel_uses_fast_maths_or_numbas_threads():
         assert "numba.prange" not in _imports(tree), path
 
 
-def test_numba_is_imported_here_only():
+def test_numba_is_imported_here_and_for_lanes_only():
     using = {path for path, tree in _trees(PACKAGE).items() if any(n.split(".")[0] == "numba" for n in _imports(tree))}
-    assert using == {Path(jit.__file__)}
+    assert using == {Path(jit.__file__), Path(lanes.__file__)}
 
 
 def test_every_file_with_kernels_is_part_of_the_digest():

@@ -7,8 +7,9 @@ import numpy as np
 
 from dirt_env.sim.advance import move_soil, settle
 from dirt_env.sim.bank import bank_of
-from dirt_env.sim.blade import Line
+from dirt_env.sim.blade import Line, held_links
 from dirt_env.sim.params import Grid, Soil
+from dirt_env.sim.slump import limits, relax
 from dirt_env.sim.state import TALLY, make_world
 from dirt_env.sim.traction import PULL
 from dirt_env.sim.zones import SOILS, Zones
@@ -54,12 +55,23 @@ def sweep_blade(world, grid, lines, soil=SOIL):
         tally.sweeps = 0
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-            world.pending, grid.cell, soil, world.quantum, old, new, tally,
+            world.pending, grid.cell, soil, world.quantum, world.machine[0], old, new, tally,
             None, bank_of(world.bank, world.natural, soil.swell),
         )  # fmt: skip
         sweeps += tally.sweeps
     tally.sweeps = sweeps
     return tally
+
+
+def slump_against(world, grid, soil, blade, zones=None):
+    """Let what is pending slump against a blade that stands; returns how many links that closes."""
+    threshold, settled_, _ = limits(world.height, world.quantum, grid.cell, soil.slope, soil.tolerance)
+    held, _, _ = held_links(world.height, blade, grid.cell, threshold, settled_, world.links, world.link_levels)
+    relax(
+        world.height, None, None, world.buffers, world.links, world.link_levels, world.changed, world.pending,
+        grid.cell, soil, world.quantum, held, soil.max_sweeps, zones, None,
+    )  # fmt: skip
+    return held
 
 
 def straight(x0, y0, heading, distance, stride, **blade):

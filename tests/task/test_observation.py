@@ -165,6 +165,9 @@ def everything_at_once(rng):
     return place, start + (rng.random((20, 30)) < 0.3) * rng.normal(scale=3.0, size=(20, 30))
 
 
+SINGLE = 2e-5  # m; pixels are placed in single precision
+
+
 @pytest.mark.parametrize("chosen", [CHANNELS, ("todo",), ("walls", "height"), ("todo", "height")])
 def test_every_pixel_is_the_one_that_the_slow_twin_finds(chosen):
     """Anywhere, over the border and beyond it, on cell edges, with headings along the axes and nearly so."""
@@ -179,8 +182,15 @@ def test_every_pixel_is_the_one_that_the_slow_twin_finds(chosen):
             heading += rng.choice([1e-9, -1e-9, 1e-17])
         z = rng.normal()
         sight = look(place, height, size, ahead, resolution, chosen, x=x, y=y, heading=heading, z=z)
-        twin = naive.patch(place, height, CELL, size, ahead, resolution, (x, y, heading, z), 1.0, LIMIT, BLADE.height)
-        assert np.array_equal(sight.patch, np.stack([twin[name] for name in chosen]))
+        at = place, height, CELL, size, ahead, resolution
+        twins = [
+            naive.patch(*at, (x + dx, y + dy, heading, z), 1.0, LIMIT, BLADE.height)
+            for dx, dy in ((0.0, 0.0), (SINGLE, SINGLE), (SINGLE, -SINGLE), (-SINGLE, SINGLE), (-SINGLE, -SINGLE))
+        ]
+        stacks = np.array([[twin[name] for name in chosen] for twin in twins], np.float32)
+        assert (np.abs(stacks - sight.patch).max(1) < 1e-5).any(0).all()  # all channels of a pixel those of one cell
+        if k % 3 != 0:
+            assert (np.abs(stacks[0] - sight.patch) > 1e-5).mean() < 1e-3
 
 
 def test_the_whole_site_is_what_the_slow_twin_finds():

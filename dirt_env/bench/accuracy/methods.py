@@ -12,7 +12,6 @@ from dirt_env.bench.accuracy.pouring import portions
 from dirt_env.bench.accuracy.worlds import world_of
 from dirt_env.sim.advance import METHODS as SETTLING
 from dirt_env.sim.advance import settle
-from dirt_env.sim.blade import Line
 from dirt_env.sim.drag import drag
 from dirt_env.sim.heap import dump
 from dirt_env.sim.neighbour_rules import relax_by_neighbours, work_shape
@@ -25,7 +24,6 @@ PRECISIONS = {"f4": np.float32, "f8": np.float64}
 ENDLESS = 10**9  # sweeps
 UPDATES = 20000  # of the paper's cells, after which they count as never at rest
 TITLES = {"super": "super-steps"}  # of the methods of `settle`, where the name does not do
-AWAY = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Settings(NamedTuple):
@@ -75,9 +73,9 @@ def _soil(case: Case, settings: Settings) -> Soil:
 
 def _sweeping(world, grid, soil: Soil, bounded: bool) -> int:
     """Explicit sweeps of what is pending: once over if they are `bounded`, or else until all has settled."""
-    sweeps = settle_window(world, grid, soil, AWAY)
+    sweeps = settle_window(world, grid, soil)
     while not bounded and world.pending[1] > world.pending[0]:
-        sweeps += settle_window(world, grid, soil, AWAY)
+        sweeps += settle_window(world, grid, soil)
     return sweeps
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from dirt_env.bench.stability.registry import case
 from dirt_env.bench.stability.worlds import (
-    AWAY,
     CELL,
     SOIL,
     Driven,
@@ -54,7 +53,7 @@ def what_is_left_over_is_carried_on():
     (capped, grid), (free, _) = (world_of(tower(40, 40, 60.0)) for _ in range(2))
     calls = 0
     while capped.pending[1] > capped.pending[0]:
-        settle_window(capped, grid, SOIL._replace(max_sweeps=3), AWAY)
+        settle_window(capped, grid, SOIL._replace(max_sweeps=3))
         calls += 1
     settle(free, grid, SOIL, "explicit")
     return f"{calls} calls of 3 sweeps", np.array_equal(capped.height, free.height) and calls > 5

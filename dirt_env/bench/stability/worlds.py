@@ -18,7 +18,6 @@ SOIL = Soil()
 SLOPE = SOIL.slope
 BLADE, MACHINE = Blade(), Machine()
 ROUNDED = 8  # quanta by which a face may be too steep whose flow, a share of that, rounds to nothing
-AWAY = Line(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def soil_of(repose: float, **others: float) -> Soil:
@@ -48,7 +47,7 @@ def at_rest(rows: int, cols: int, depth: float, cell: float = CELL, **others) ->
 
 def one_sweep(world: World, grid: Grid, soil: Soil = SOIL) -> None:
     """A single sweep of what is pending."""
-    settle_window(world, grid, soil._replace(max_sweeps=1), AWAY)
+    settle_window(world, grid, soil._replace(max_sweeps=1))
 
 
 def total(world: World) -> float:
@@ -106,7 +105,7 @@ def sweep_blade(world: World, grid: Grid, lines: list[Line], soil: Soil = SOIL) 
         tally.sweeps = 0
         move_soil(
             world.height, world.solid, world.outside, world.buffers, world.links, world.link_levels, world.changed,
-            world.pending, grid.cell, soil, world.quantum, old, new, tally,
+            world.pending, grid.cell, soil, world.quantum, world.machine[0], old, new, tally,
         )  # fmt: skip
         sweeps += tally.sweeps
     tally.sweeps = sweeps

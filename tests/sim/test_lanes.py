@@ -1,0 +1,162 @@
+"""Lanes: compiled, they do what their plain twins do."""
+
+import operator
+
+import numpy as np
+import pytest
+
+from dirt_env.sim import lanes
+from dirt_env.sim.jit import entry
+from dirt_env.sim.lanes import (
+    LANES,
+    among,
+    choose,
+    doubles,
+    first_of,
+    has,
+    last_of,
+    load,
+    load_all,
+    none,
+    ramp,
+    some,
+    spread,
+    store,
+    store_all,
+    total,
+)
+
+COUNTS = [-3, 0, 1, 5, LANES, LANES + 4]
+
+
+@entry
+def copy_some(source, place, count, target, to):
+    store(target, to, load(source, place, count), count)
+
+
+@entry
+def copy_all(source, place, target, to):
+    store_all(target, to, load_all(source, place))
+
+
+@entry
+def calculate(a, b, number, out):
+    x, y = load_all(a, 0), load_all(b, 0)
+    store_all(out[0], 0, x + y)
+    store_all(out[1], 0, x - number)
+    store_all(out[2], 0, number * y)
+    total_ = spread(number)
+    total_ += x
+    total_ *= y
+    total_ -= x
+    store_all(out[3], 0, total_)
+
+
+@entry
+def compare(a, b, number, out):
+    x, y = load_all(a, 0), load_all(b, 0)
+    yes, no = spread(a.dtype.type(1)), spread(a.dtype.type(0))
+    for k, truth in enumerate((x < y, x <= y, x > number, x >= number, x != y)):
+        store_all(out[k], 0, choose(truth, yes, no))
+    either = none()
+    either |= x < y
+    store_all(out[5], 0, choose(either | (x > number), yes, no))
+    either &= x > number
+    store_all(out[6], 0, choose(either & (x <= y), yes, no))
+
+
+@entry
+def reduce(a, count, bits, out):
+    truth = has(load(a, 0, count), bits) & among(count)
+    out[0] = some(truth)
+    if some(truth):
+        out[1], out[2] = first_of(truth), last_of(truth)
+    out[3] = some(none())
+
+
+@entry
+def add_up(a, start, step, out):
+    x = load_all(a, 0)
+    out[0], out[1], out[2] = total(x), total(doubles(x)), total(ramp(start, step))
+
+
+@entry
+def among_bools(a, count):
+    return some(load(a, 0, count) < 1)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.uint8, np.int64])
+@pytest.mark.parametrize("count", COUNTS)
+def test_the_first_of_them_are_copied_and_nothing_else_is_touched(dtype, count):
+    source, target = np.arange(1, 9).astype(dtype), np.full(20, 99, dtype)
+    copy_some(source[8 - min(max(count, 0), 8) :], 0, count, target, 4)
+    expected = np.full(20, 99, dtype)
+    n = min(max(count, 0), LANES)
+    expected[4 : 4 + n] = source[8 - n :]
+    np.testing.assert_array_equal(target, expected)
+
+
+def test_all_of_them_are_copied():
+    target = np.zeros(20, np.float32)
+    copy_all(np.arange(20, dtype=np.float32), 3, target, 7)
+    np.testing.assert_array_equal(target[7:15], np.arange(3, 11))
+    assert not target[:7].any()
+    assert not target[15:].any()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_they_are_calculated_with_like_arrays(dtype):
+    rng = np.random.default_rng(0)
+    a, b, number, out = *rng.normal(size=(2, LANES)).astype(dtype), dtype(0.3), np.zeros((4, LANES), dtype)
+    calculate(a, b, number, out)
+    np.testing.assert_array_equal(out, [a + b, a - number, number * b, (number + a) * b - a])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_they_are_compared_like_arrays(dtype):
+    a, b = np.array([1, 2, 3, 4, 5, np.nan, 7, 8], dtype), np.array([1, 3, 2, 4, 9, 1, np.nan, 0], dtype)
+    out, four = np.zeros((7, LANES), dtype), dtype(4)
+    compare(a, b, four, out)
+    either = (a < b) | (a > four)
+    expected = [a < b, a <= b, a > four, a >= four, a != b, either, (a < b) & (a > four) & (a <= b)]
+    np.testing.assert_array_equal(out.astype(bool), expected)
+
+
+@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("bits", [1, 4, 128, 64])
+def test_bits_are_found_and_the_first_and_the_last_lane_that_have_them(count, bits):
+    kinds, out = np.array([0, 1, 4, 129, 5, 0, 128, 3], np.uint8), np.full(4, -1)
+    reduce(kinds, count, bits, out)
+    found = np.flatnonzero(kinds[: max(count, 0)] & bits)
+    assert out.tolist() == [len(found) > 0, *((found[0], found[-1]) if len(found) else (-1, -1)), 0]
+
+
+def test_sums_are_made_in_pairs():
+    a, out = np.array([1e8, 1.0, -1e8, 1.0, 3.0, 0.5, 0.25, 2.0], np.float32), np.zeros(3)
+    add_up(a, 2.0, 0.5, out)
+    halves = (a[:4] + a[4:])[:2] + (a[:4] + a[4:])[2:]
+    assert out[0] == halves[0] + halves[1]
+    assert out[1] == a.astype(float).sum()
+    assert out[2] == 8 * 2.0 + 0.5 * 28
+
+
+def test_truth_values_of_an_array_are_bytes():
+    assert not among_bools(np.ones(8, bool), 8)
+    assert among_bools(np.array([True, True, False, True]), 4)
+
+
+def test_the_plain_twins_do_the_same():
+    a = np.arange(8.0)
+    np.testing.assert_array_equal(lanes._load(a, 5, 3), [5, 6, 7, 0, 0, 0, 0, 0])
+    np.testing.assert_array_equal(lanes._load_all(a, 0), a)
+    lanes._store(a, 6, lanes._spread(-1.0), 2)
+    assert a.tolist() == [0, 1, 2, 3, 4, 5, -1, -1]
+    lanes._store_all(a, 0, lanes._ramp(1.0, 2.0))
+    assert a.tolist() == [1, 3, 5, 7, 9, 11, 13, 15]
+    truth = operator.and_(lanes._among(6), a > 4.0)
+    assert (lanes._first_of(truth), lanes._last_of(truth), lanes._some(truth), lanes._some(lanes._none())) == (
+        *(2, 5, True, False),
+    )
+    assert lanes._total(lanes._choose(truth, a, 0.0)) == 5 + 7 + 9 + 11
+    assert lanes._doubles(a.astype(np.float32)).dtype == np.float64
+    assert lanes._has(np.arange(8), 4).tolist() == [False] * 4 + [True] * 4
