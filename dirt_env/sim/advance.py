@@ -97,7 +97,7 @@ def move_soil(
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = stands_above(height, box, lowest)
     held, key = 0, 0
-    if touches:
+    if touches or pose.held != 0.0:  # or it has left what it held
         threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
         if zones is not None:
             low, _ = extremes(zones.soils)
@@ -235,7 +235,9 @@ def let_go(world: World, grid: Grid, blade: Blade) -> None:
     held = blade_line(world.machine[0], blade)
     r0, r1, c0, c1 = cells_between(held, held, grid.cell)
     r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
-    if r1 > r0 and c1 > c0 and stands_above(world.height, (r0, r1, c0, c1), held.edge - abs(held.roll) * held.half):
+    lowest = held.edge - abs(held.roll) * held.half
+    leans = world.machine[0].held != 0.0 or stands_above(world.height, (r0, r1, c0, c1), lowest)
+    if leans and r1 > r0 and c1 > c0:
         widen(world.pending, r0, r1, c0, c1)
 
 
