@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-MAGIC = b"dirt-push state 4\n"
+MAGIC = b"dirt-push state 5\n"
 _BODY = len(MAGIC) + sha256().digest_size  # the magic, the body's checksum, the body
 _ARRAY = "\0array"
 _UNREADABLE = (ArithmeticError, LookupError, RecursionError, SyntaxError, TypeError, ValueError)

@@ -54,6 +54,7 @@ class ImaginedSite(Site):
         place = pose["x"], pose["y"], pose["heading"]
         set_down(self._world, self.grid, self.soil, self.blade, self.machine, *place, self._zones)
         machine = self._world.machine[0]
+        machine.closed = -1.0  # not known
         for name in SEEN:
             machine[name] = pose[name]
         self._look()
@@ -72,4 +73,5 @@ class ImaginedSite(Site):
         self.excess = np.where(self.goal, 0.0, np.maximum(over, 0.0))
         self.fill = np.where(self.may_lack, np.maximum(-over, 0.0), 0.0)
         machine = self._world.machine[0]
+        machine.closed = -1.0  # not known
         self.pose = {name: float(machine[name]) for name in machine.dtype.names}

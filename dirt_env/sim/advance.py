@@ -86,7 +86,8 @@ def move_soil(
     height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, pose, old, new, tally,
     zones=None, bank=None,
 ):  # fmt: skip
-    """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil.
+    """Cut, carry and slump for one substep of the blade, from `old` to `new`; nothing where it touches no soil and did
+    not before.
 
     Adds to the record `tally` what was cut, lost and stuck [m of one cell], and the sweeps, of which there are at most
     `soil.max_sweeps` in all; what is left over stays pending. Ground at rest stays so as long as the blade moves none
@@ -97,7 +98,7 @@ def move_soil(
     lowest = min(old.edge - abs(old.roll) * old.half, new.edge - abs(new.roll) * new.half)
     touches = stands_above(height, box, lowest)
     held, key = 0, 0
-    if touches or pose.held != 0.0:  # or it has left what it held
+    if touches or pose.closed != 0.0:  # or it closed links before
         threshold, settled, lock = limits(height, quantum, cell, soil.slope, soil.tolerance)
         if zones is not None:
             low, _ = extremes(zones.soils)
@@ -109,12 +110,12 @@ def move_soil(
         if moved:
             widen(changed, r0, r1, c0, c1)
         held, key, passes = held_links(height, new, cell, threshold, settled, links, levels)
-        stays = not moved and key == pose.held
+        stays = not moved and key == pose.closed
         known = outside is None or within(box, 2, *height.shape)  # a border at rest is not looked into
         looks = pending[1] > pending[0] or passes or not known
         if looks or not (stays or at_rest(height, solid, buffers, box, links, held, settled)):
             widen(pending, r0, r1, c0, c1)
-    pose.held = key
+    pose.closed = key
     if pending[1] <= pending[0]:
         return touches
     sweeps, lost = relax(
@@ -224,7 +225,7 @@ def set_down(
     """Put the machine there at rest, with its blade at travel height."""
     pose = world.machine[0]
     pose.x, pose.y, pose.heading, pose.edge = x, y, wrap(heading), machine.lift
-    pose.speed = pose.yaw_rate = pose.held = 0.0
+    pose.speed = pose.yaw_rate = pose.closed = 0.0
     stand(world.height, grid.cell, pose, blade, machine)
     measure_load(world.height, world.solid, pose, grid.cell, soil, blade, zones)
 
@@ -236,7 +237,7 @@ def let_go(world: World, grid: Grid, blade: Blade) -> None:
     r0, r1, c0, c1 = cells_between(held, held, grid.cell)
     r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
     lowest = held.edge - abs(held.roll) * held.half
-    leans = world.machine[0].held != 0.0 or stands_above(world.height, (r0, r1, c0, c1), lowest)
+    leans = world.machine[0].closed != 0.0 or stands_above(world.height, (r0, r1, c0, c1), lowest)
     if leans and r1 > r0 and c1 > c0:
         widen(world.pending, r0, r1, c0, c1)
 
@@ -291,4 +292,5 @@ def settle(world: World, grid: Grid, soil: Soil, method: str = "auto", zones: Zo
         total += settle_long(world, grid, soil, elapsed)
     while world.pending[1] > world.pending[0]:
         total += settle_window(world, grid, soil, zones)
+    world.machine[0].closed = 0.0  # at rest with no link closed
     return total

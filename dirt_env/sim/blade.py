@@ -135,6 +135,8 @@ def held_links(height, line, cell, threshold, settled, links, levels):
         per = 1.0 / line.ahead_x
         for r in range(max(first, 0), min(end, rows)):
             u = ((r + 0.5) * cell - line.y) * per
+            if not abs(u) <= line.half + NEAR * cell:  # of a line along this row, NEAR is a long way
+                continue
             c = before(line, cell, (line.x - u * line.ahead_y) * per_metre - 0.5, line.ahead_x, r, True)
             found = take_link(height, line, r, c, 1, u, threshold, settled, links, levels, found)
     if line.ahead_y != 0.0:
@@ -142,6 +144,8 @@ def held_links(height, line, cell, threshold, settled, links, levels):
         per = -1.0 / line.ahead_y
         for c in range(max(first, 0), min(end, cols)):
             u = ((c + 0.5) * cell - line.x) * per
+            if not abs(u) <= line.half + NEAR * cell:
+                continue
             r = before(line, cell, (line.y + u * line.ahead_x) * per_metre - 0.5, line.ahead_y, c, False)
             found = take_link(height, line, r, c, 0, u, threshold, settled, links, levels, found)
     return found

@@ -379,4 +379,5 @@ def dump(world: World, grid: Grid, soil: Soil, x: float, y: float, volume: float
         raise ValueError(f"a heap at x {x:g} m, y {y:g} m stands on a solid cell; allowed: open ground")
     if over > 0:
         raise ValueError(f"a heap of {volume:g} m3 would be {over:g} m higher than heights are exact to")
+    world.machine[0].closed = -1.0  # the blade stands against other ground now
     return round(volume / least) * least

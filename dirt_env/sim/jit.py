@@ -1,4 +1,4 @@
-"""Compilation of kernels: the only place that imports numba.
+"""Compilation of kernels: with `lanes` the only place that imports numba.
 
 `kernel` compiles a law or a phase that other kernels call. `entry` compiles a function that Python calls, and keeps the
 machine code on disk for the next process. Neither uses fast maths (it deletes NaN checks) nor numba's own threads.

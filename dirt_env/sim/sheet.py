@@ -10,7 +10,7 @@ import numpy as np
 
 from dirt_env.sim.jit import kernel
 
-# The first four as in `window`, for `blade.blocked_links`; NEXT takes the ground after a sweep, HALF is work space.
+# The first four as in `window`, for `blade.close_links`; NEXT takes the ground after a sweep, HALF is work space.
 # FLOW is what links carry, SENT its whole quanta, REST what is left to send; FINE is the ground without rounding.
 GROUND, OPEN_X, OPEN_Y, RATE_Y, RATE_X, NEXT, HALF, FLOW_X, FLOW_Y, SENT_X, SENT_Y, REST_X, REST_Y, FINE = range(14)
 LANES = 16  # the stride is a multiple of this: whole vector registers

@@ -10,14 +10,14 @@ from dirt_env.sim.params import Grid
 
 # The machine: pivot [m], heading [rad, counter-clockwise from +x], ground under the pivot [m], slopes of the plane of
 # the tracks along and to the left of the heading [-], edge height over that plane [m], actual speed [m/s] and yaw
-# rate [rad/s], the soil ahead of the blade [m3], and a number for the links that it closed when the ground last was
-# looked at (see `blade.held_links`).
+# rate [rad/s], the soil ahead of the blade [m3], and a number for the links that the blade closed last (0 none, -1 not
+# known; see `blade.held_links`).
 POSE = np.dtype(
     (
         np.record,
         [
             (name, "f8")
-            for name in ("x", "y", "heading", "z", "pitch", "roll", "edge", "speed", "yaw_rate", "load", "held")
+            for name in ("x", "y", "heading", "z", "pitch", "roll", "edge", "speed", "yaw_rate", "load", "closed")
         ],
     )
 )
@@ -44,8 +44,8 @@ WORK_SPACE = ("buffers", "links", "link_levels")  # fields of a World that hold 
 class World(NamedTuple):
     """One world; every array is updated in place.
 
-    `height` f4[rows, cols] m over the local datum, multiples of `quantum`; `solid` bool[rows, cols] or None;
-    `outside` f4[rows, cols], the ground beyond an open border (its rim counts), or None for a wall;
+    `height` f4[rows, cols] m over the local datum, in C order, multiples of `quantum`; `solid` bool[rows, cols] or
+    None; `outside` f4[rows, cols], the ground beyond an open border (its rim counts), or None for a wall;
     `machine` POSE[1]; `tally` TALLY[1]; `changed` i8[4], the rows and columns [r0, r1) x [c0, c1) touched since a
     reader last emptied it; `pending` i8[4], the window that has yet to settle; then the `work_space`. `bank` and
     `natural` f4[rows, cols] m: the surface of the undisturbed soil now and at the start (see `bank`), or None where
@@ -118,7 +118,7 @@ def make_world(
 def work_space(height: np.ndarray) -> dict[str, np.ndarray]:
     """The WORK_SPACE of a World whose ground has that shape and type."""
     rows, cols = height.shape
-    crossings = rows + cols + 8  # of the blade: rows + cols + 4 at most, and the place after the last
+    crossings = rows + cols + 8  # of the blade: rows + cols at most, and the place after the last
     return {
         "buffers": np.zeros((BUFFERS, (rows + 5) * (cols + 4) + LANES), height.dtype),
         "links": np.zeros((2 * crossings, 3), np.int64),  # on the map, and in the window

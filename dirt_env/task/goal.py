@@ -137,9 +137,9 @@ def _add_up(parts, whole):
 
 
 @kernel
-def _conclude(job, area, total, result):
+def _conclude(job, area, whole, result):
     """Fill result[5] (see Remaining) from the sums over all cells; `area` of a cell [m2]."""
-    way, over, stray, gain, lack, square = total[0], total[1], total[2], total[3], total[4], total[5]
+    way, over, stray, gain, lack, square = whole[0], whole[1], whole[2], whole[3], whole[4], whole[5]
     result[0] = (way + job.mean_haul * lack) * area
     result[1] = over * area
     result[2] = max(0.0, min(gain * area + job.missing - lack * area, job.soil - over * area))

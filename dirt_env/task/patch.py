@@ -15,7 +15,7 @@ from dirt_env.task.kinds import SOLID, least_todo, todo
 HEIGHT, TODO, WALLS = range(3)
 CHANNELS = ("height", "todo", "walls")
 STEEP = 1e300  # one over the slope of a line along the border
-COARSEST = 1e6  # cells that a pixel counts as wide at most: its neighbours lie beyond any site anyway
+COARSEST = 2.0**25  # cells that a pixel counts as wide at most: its neighbours lie beyond any site anyway
 SURE = 1e-6  # cells that a corner of the patch must be clear of a border for it not to be looked at
 
 
@@ -33,10 +33,10 @@ def fill_patch(height, job, pose, cell, view, patch):
     number = patch[-1].view(np.int32)
     _number_cells(x, y, ahead, left, east, north, rows, cols, number)
     numbers, heights, aims, kinds = number.ravel(), height.ravel(), job.aim.ravel(), job.kind.ravel()
-    ground, shared = -1, job.design_cells == 0.0
+    base, shared = -1, job.design_cells == 0.0
     for k in range(len(channels)):
-        ground = k if channels[k] == HEIGHT else ground
-    shared &= ground >= 0  # heights are fetched once for both channels
+        base = k if channels[k] == HEIGHT else base
+    shared &= base >= 0  # heights are fetched once for both channels
     for k in range(len(channels)):
         pixels = patch[k].ravel()
         if channels[k] == HEIGHT:
@@ -53,10 +53,10 @@ def fill_patch(height, job, pose, cell, view, patch):
         if channels[k] == TODO:
             pixels = patch[k].ravel()
             if shared:
-                _take_from(patch[ground].ravel(), pixels)
+                _take_from(patch[base].ravel(), pixels)
             _clip_todo(job.limit, job.goal_depth, pixels)
-    if ground >= 0:
-        _clip_height(pose.z, view.limit, patch[ground].ravel())
+    if base >= 0:
+        _clip_height(pose.z, view.limit, patch[base].ravel())
     _paint_outside(channels, view.beyond, x, y, ahead, left, east, north, rows, cols, patch)
 
 

@@ -7,11 +7,16 @@ import pytest
 
 from dirt_env.sim.advance import advance, place, settle
 from dirt_env.sim.diagnostics import steepest, volume
-from dirt_env.sim.params import Blade, Command, Machine
+from dirt_env.sim.params import Blade, Command, Grid, Machine
+from dirt_env.sim.state import make_world
 from dirt_env.sim.timestep import substeps
 from tests.sim.worlds import SOIL, settled, world_of
 
 BLADE, MACHINE = Blade(), Machine()
+
+
+def copy_of(world):
+    return world._replace(**{k: v.copy() for k, v in world._asdict().items() if isinstance(v, np.ndarray)})
 
 
 def world_with_machine(height, x, y, heading, **others):
@@ -131,13 +136,43 @@ def test_looking_at_ground_that_is_known_to_be_at_rest_changes_nothing(open_bord
     looked = 0
     for _ in range(300):
         command = Command(*rng.uniform((-2.0, -0.6, -0.25), (2.0, 0.6, 0.75)))
-        full.machine[0].held = -1.0  # no list of closed links has that number
+        full.machine[0].closed = -1.0  # no list of closed links has that number
         for world in (lean, full):
             advance(world, grid, SOIL, BLADE, MACHINE, command, 0.1)
         looked += full.tally[0].sweeps
-        assert full.machine[0].held == lean.machine[0].held
+        assert full.machine[0].closed == lean.machine[0].closed
         assert (lean.height == full.height).all()
     assert looked > 50
+
+
+def test_ground_that_settled_without_the_blade_is_looked_at_with_it():
+    rng = np.random.default_rng(2)
+    for _ in range(25):
+        ground = np.abs(rng.normal(0.0, 0.5, (20, 22)))
+        lean, grid = world_with_machine(ground, 5.0, 5.0, rng.uniform(-3.0, 3.0))
+        go(lean, grid, edge=rng.uniform(-0.25, 0.1), steps=4)
+        lean.height[8:14, 8:14] += 64 * lean.quantum
+        settle(lean, grid, SOIL, "explicit")
+        full = copy_of(lean)
+        full.machine[0].closed = -1.0
+        for world in (lean, full):
+            go(world, grid, edge=world.machine[0].edge)
+        assert (lean.height == full.height).all()
+
+
+def test_what_a_blade_has_let_go_of_is_looked_at_though_it_touches_no_soil_any_more():
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        grid = Grid(20, 22, 0.5)
+        lean = make_world(np.abs(rng.normal(0.0, 0.5, (20, 22))), grid)  # nothing of it has settled
+        place(lean, grid, SOIL, BLADE, MACHINE, 5.0, 5.0, rng.uniform(-3.0, 3.0))
+        full = copy_of(lean)
+        for _ in range(30):
+            command = Command(*rng.uniform((-2.0, -0.6, -0.25), (2.0, 0.6, 0.5)))
+            full.machine[0].closed = -1.0
+            for world in (lean, full):
+                advance(world, grid, SOIL, BLADE, MACHINE, command, 0.1)
+            assert (lean.height == full.height).all()
 
 
 def test_substeps_follow_the_faster_end_of_the_blade():

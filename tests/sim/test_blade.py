@@ -237,6 +237,20 @@ def test_a_blade_that_hangs_above_both_cells_of_a_link_does_not_close_it():
     assert 0 < held < len(list(naive.blocked_links((16, 16), 0.5, blade)))
 
 
+def test_a_blade_along_the_cells_closes_nothing_beyond_its_ends():
+    world, _ = layer(128, 128, 0.0)
+    for quarter in range(-2, 3):
+        for turn in (0.0, 1e-16, -1e-12, 1e-9, -1e-7, 1e-6):
+            for ulps in range(-3, 4):
+                at = 16.25 + ulps * np.spacing(16.25)  # on a centre, or nearly so
+                blade = line_at(at, at, 0.5 * pi * quarter + turn, edge=-0.1)
+                held, _, _ = held_links(world.height, blade, 0.5, 0.3, 0.3, world.links, world.link_levels)
+                r, c, along_x = world.links[:held].T
+                ahead_r, ahead_c = r + 0.5 * (1 - along_x), c + 0.5 * along_x  # the middle of each link
+                assert np.hypot((ahead_r + 0.5) * 0.5 - at, (ahead_c + 0.5) * 0.5 - at).max() < 1.5 + 0.5
+                assert 6 <= held <= 16
+
+
 def test_lists_of_closed_links_are_told_apart_by_their_numbers():
     world, _ = layer(24, 24, 0.0)
     rng, seen = np.random.default_rng(3), {}
