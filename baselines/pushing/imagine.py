@@ -73,5 +73,4 @@ class ImaginedSite(Site):
         self.excess = np.where(self.goal, 0.0, np.maximum(over, 0.0))
         self.fill = np.where(self.may_lack, np.maximum(-over, 0.0), 0.0)
         machine = self._world.machine[0]
-        machine.closed = -1.0  # not known
         self.pose = {name: float(machine[name]) for name in machine.dtype.names}

@@ -363,7 +363,7 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
     c0, c1 = max(int(floor((x - span_x) / cell)), 0), min(int(floor((x + span_x) / cell)) + 1, cols)
     ground = height.ravel()
     step_ahead, step_left = ramp(0.0, side * cell * line.ahead_x), ramp(0.0, -cell * line.ahead_y)
-    total_, touching = ramp(0.0, 0.0), none()
+    standing, touching = ramp(0.0, 0.0), none()
     for r in range(r0, r1):
         for c in range(c0, c1, LANES):
             ahead_0, left_0 = blade_frame(line, (c + 0.5) * cell, (r + 0.5) * cell)
@@ -373,6 +373,6 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
             counts &= among(c1 - c)
             if solid is not None:
                 counts &= load(solid.ravel(), r * cols + c, c1 - c) < 1
-            total_ += choose(counts, stands, 0.0)
+            standing += choose(counts, stands, 0.0)
             touching |= counts & (ahead <= cell)
-    return total(total_) * cell * cell, some(touching)
+    return total(standing) * cell * cell, some(touching)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba.core import config, types
+from numba.core import cgutils, config, types
 from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
@@ -108,14 +108,8 @@ def _calculate(name: str, builder: Any, dtype: types.Type, a: Any, b: Any) -> An
     return getattr(builder, ("f" if isinstance(dtype, types.Float) else "") + name)(a, b)
 
 
-def _combine(name: str, builder: Any, _: types.Type, a: Any, b: Any) -> Any:
-    return getattr(builder, name)(a, b)
-
-
-for _name in ("add", "sub", "mul"):
+for _name in ("add", "sub", "mul", "and_", "or_"):
     _operator(_name, False, partial(_calculate, _name))
-for _name in ("and_", "or_"):
-    _operator(_name, False, partial(_combine, _name))
 for _name, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("ne", "!=")):
     _operator(_name, True, partial(_compare, _sign))
 
@@ -226,7 +220,7 @@ def _masked(builder: Any, what: str, vector: ir.VectorType, code: ir.FunctionTyp
     """LLVM's function that loads or stores some lanes, and leaves the places of the others alone."""
     element = {"float": "f32", "double": "f64"}.get(str(vector.element), str(vector.element))
     name = f"llvm.masked.{what}.v{LANES}{element}.p0"
-    return builder.module.globals.get(name) or ir.Function(builder.module, code, name)
+    return cgutils.get_or_insert_function(builder.module, code, name)
 
 
 @_compiled(_load)

@@ -20,7 +20,9 @@ from dirt_env.sim.window import (
     THRESHOLD,
     WHOLE,
     clear,
+    close_solid,
     drain,
+    fill,
     moving_box,
     moving_range,
     on_map,
@@ -59,10 +61,10 @@ def at_rest(height, solid, buffers, box, links, held, settled):
     tall, wide = r1 - r0, c1 - c0
     stride = wide + 1
     x, y, ground = buffers[FLUX_X], buffers[FLUX_Y], height.ravel()
-    no = spread(x.dtype.type(0.0))
-    for c in range(0, stride, LANES):
-        store_all(x, c, no)
-        store_all(y, c, no)
+    nothing = x.dtype.type(0.0)
+    no = spread(nothing)
+    fill(x, 0, stride, nothing)
+    fill(y, 0, stride, nothing)
     for i in range(tall):
         p, to = (r0 + i) * cols + c0, (i + 1) * stride
         above = wide if i + 1 < tall else 0
@@ -70,19 +72,14 @@ def at_rest(height, solid, buffers, box, links, held, settled):
             here = load(ground, p + c, wide - c)
             store_all(x, to + c, choose(among(wide - 1 - c), load(ground, p + c + 1, wide - 1 - c) - here, no))
             store_all(y, to + c, choose(among(above - c), load(ground, p + c + cols, above - c) - here, no))
-    for c in range(0, stride, LANES):
-        store_all(x, (tall + 1) * stride + c, no)
-        store_all(y, (tall + 1) * stride + c, no)
+    fill(x, (tall + 1) * stride, (tall + 2) * stride, nothing)
+    fill(y, (tall + 1) * stride, (tall + 2) * stride, nothing)
     for k in range(held):
         r, c, along_x = links[k, 0] - r0, links[k, 1] - c0, links[k, 2]
         if r >= 0 and r < tall and c >= 0 and c < wide:
             (x if along_x else y)[(r + 1) * stride + c] = 0
     if solid is not None:
-        for r in range(r0, r1):
-            for c in range(c0, c1):
-                if solid[r, c]:
-                    p = (r - r0 + 1) * stride + c - c0
-                    x[p] = y[p] = x[p - 1] = y[p - stride] = 0
+        close_solid(solid, x, y, stride, (r0, r1, c0, c1), rows, cols)
     steep, quarter, most = none(), x.dtype.type(0.25), settled * settled
     for first in range(stride, (tall + 1) * stride, LANES):
         p, n = first, (tall + 1) * stride - first

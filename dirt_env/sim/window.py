@@ -155,16 +155,15 @@ def close_rim(buffers, tall, wide, stride, window, rows, cols, border):
 
 
 @kernel
-def close_solid(solid, buffers, stride, window, rows, cols):
-    """Close the links to what is solid."""
+def close_solid(solid, x, y, stride, window, rows, cols):
+    """Write 0 for the links to what is solid: x[p] and y[p] are numbers of the right and the upper ones."""
     r0, r1, c0, c1 = window
-    open_x, open_y = buffers[OPEN_X], buffers[OPEN_Y]
-    no = open_x.dtype.type(0.0)
+    no = x.dtype.type(0.0)
     for r in range(max(r0, 0), min(r1, rows)):
         for c in range(max(c0, 0), min(c1, cols)):
             if solid[r, c]:
                 p = (r - r0 + 1) * stride + c - c0
-                open_x[p] = open_x[p - 1] = open_y[p] = open_y[p - stride] = no
+                x[p] = x[p - 1] = y[p] = y[p - stride] = no
 
 
 @kernel
@@ -197,7 +196,7 @@ def pack(height, solid, outside, buffers, window, border):
     for r in range(max(r0, 0), min(r1, rows)):
         copy_cells(ground_map, r * cols + first, ground, (r - r0 + 1) * stride + first - c0, count)
     if solid is not None:
-        close_solid(solid, buffers, stride, window, rows, cols)
+        close_solid(solid, buffers[OPEN_X], buffers[OPEN_Y], stride, window, rows, cols)
     if outside is not None and (r0 < 0 or c0 < 0 or r1 > rows or c1 > cols):
         close_outside(buffers, stride, window, rows, cols)
         drain(outside, buffers, stride, window, rows, cols)

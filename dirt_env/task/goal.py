@@ -102,12 +102,13 @@ def _add_block(height, job, r0, c0, block, bank):
     gain, lack, square = ramp(0.0, 0.0), ramp(0.0, 0.0), ramp(0.0, 0.0)
     for r in range(r0, min(r0 + SIDE, rows)):
         p = r * cols + c0
-        off = doubles(load(ground, p, n) - load(targets, p, n))
+        here, target = load(ground, p, n), load(targets, p, n)
+        off = doubles(here - target)
         gained, error = off, off
         if bank is not None:
-            share, target, height_ = 1.0 / (1.0 + bank.swell), doubles(load(targets, p, n)), doubles(load(ground, p, n))
+            share, level, aim = 1.0 / (1.0 + bank.swell), doubles(here), doubles(target)
             now, natural = doubles(load(bank.now.ravel(), p, n)), doubles(load(bank.natural.ravel(), p, n))
-            off, gained = bank_metres(height_, now, target, share), bank_gain(height_, now, natural, target, share)
+            off, gained = bank_metres(level, now, aim, share), bank_gain(level, now, natural, aim, share)
         bits = load(kinds, p, n)
         above = choose(off > 0.0, off, 0.0)
         way += above * doubles(load(hauls, p, n))

@@ -8,7 +8,7 @@ OUTSIDE, GOAL, STRAY, DESIGN, SOLID = 1, 2, 4, 8, 16
 """Bits of a kind: outside the goal; in it; outside goal, start and design; in the design region; wall."""
 
 HUGE = float(np.float32(1e30))  # m; no ground is as high
-HIGH = np.float32(0.5 * HUGE)
+HIGH = np.float32(0.5 * HUGE)  # m over an aim of -HUGE, that of a goal, is more than this
 
 
 @kernel
