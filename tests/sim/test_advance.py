@@ -7,6 +7,7 @@ import pytest
 
 from dirt_env.sim.advance import advance, place, settle
 from dirt_env.sim.diagnostics import steepest, volume
+from dirt_env.sim.heap import dump
 from dirt_env.sim.params import Blade, Command, Grid, Machine
 from dirt_env.sim.state import make_world
 from dirt_env.sim.timestep import substeps
@@ -150,9 +151,12 @@ def test_ground_that_settled_without_the_blade_is_looked_at_with_it():
     for _ in range(25):
         ground = np.abs(rng.normal(0.0, 0.5, (20, 22)))
         lean, grid = world_with_machine(ground, 5.0, 5.0, rng.uniform(-3.0, 3.0))
-        go(lean, grid, edge=rng.uniform(-0.25, 0.1), steps=4)
-        lean.height[8:14, 8:14] += 64 * lean.quantum
+        go(lean, grid, edge=rng.uniform(-0.25, -0.1), steps=6)
+        assert lean.machine[0].closed > 0
+        dump(lean, grid, SOIL, 5.0, 5.0, 0.5)
+        assert lean.machine[0].closed == -1  # not known
         settle(lean, grid, SOIL, "explicit")
+        assert lean.machine[0].closed == 0  # at rest with no link closed
         full = copy_of(lean)
         full.machine[0].closed = -1.0
         for world in (lean, full):
