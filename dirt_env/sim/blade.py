@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.bank import growth
-from dirt_env.sim.jit import kernel
+from dirt_env.sim.jit import flat, kernel
 from dirt_env.sim.lanes import LANES, among, choose, doubles, load, none, ramp, some, total
 from dirt_env.sim.laws import link_excess, quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y
@@ -337,7 +337,7 @@ def scrape(height, solid, outside, old, new, cell, lock, tally, bank=None):
 def stands_above(height, box, level):
     """Whether a cell of `box` is higher than a level [m]."""
     rows, cols = height.shape
-    ground, limit = height.ravel(), height.dtype.type(level)
+    ground, limit = flat(height), height.dtype.type(level)
     first, end = max(box[2], 0), min(box[3], cols)
     higher = none()
     for r in range(max(box[0], 0), min(box[1], rows)):
@@ -361,7 +361,7 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
     span_y = abs(line.ahead_x) * line.half + 0.5 * far * abs(line.ahead_y)
     r0, r1 = max(int(floor((y - span_y) / cell)), 0), min(int(floor((y + span_y) / cell)) + 1, rows)
     c0, c1 = max(int(floor((x - span_x) / cell)), 0), min(int(floor((x + span_x) / cell)) + 1, cols)
-    ground = height.ravel()
+    ground = flat(height)
     step_ahead, step_left = ramp(0.0, side * cell * line.ahead_x), ramp(0.0, -cell * line.ahead_y)
     standing, touching = ramp(0.0, 0.0), none()
     for r in range(r0, r1):
@@ -372,7 +372,7 @@ def load_ahead(height, solid, line, cell, slope, plane, side):
             counts = (stands > 0.0) & (ahead > 0.0) & (ahead <= far) & (left <= line.half) & (left >= -line.half)
             counts &= among(c1 - c)
             if solid is not None:
-                counts &= load(solid.ravel(), r * cols + c, c1 - c) < 1
+                counts &= load(flat(solid), r * cols + c, c1 - c) < 1
             standing += choose(counts, stands, 0.0)
             touching |= counts & (ahead <= cell)
     return total(standing) * cell * cell, some(touching)

@@ -4,7 +4,7 @@ import numpy as np
 
 from dirt_env.sim.bank import bank_of, loosen
 from dirt_env.sim.blade import close_links
-from dirt_env.sim.jit import entry, kernel, uncounted
+from dirt_env.sim.jit import entry, flat, kernel, uncounted
 from dirt_env.sim.lanes import LANES, among, choose, load, load_all, none, some, spread, store_all
 from dirt_env.sim.laws import RATE, link_excess, quantise, slump_share
 from dirt_env.sim.params import Grid, Soil
@@ -60,7 +60,7 @@ def at_rest(height, solid, buffers, box, links, held, settled):
     r0, r1, c0, c1 = max(box[0] - 2, 0), min(box[1] + 2, rows), max(box[2] - 2, 0), min(box[3] + 2, cols)
     tall, wide = r1 - r0, c1 - c0
     stride = wide + 1
-    x, y, ground = buffers[FLUX_X], buffers[FLUX_Y], height.ravel()
+    x, y, ground = buffers[FLUX_X], buffers[FLUX_Y], flat(height)
     nothing = x.dtype.type(0.0)
     no = spread(nothing)
     fill(x, 0, stride, nothing)

@@ -7,7 +7,7 @@ its upper link y[p], to p + stride. The rows of the buffers are named below.
 
 import numpy as np
 
-from dirt_env.sim.jit import kernel
+from dirt_env.sim.jit import flat, kernel
 from dirt_env.sim.lanes import LANES, first_of, last_of, load, some, spread, store, store_all
 from dirt_env.sim.laws import RATE
 
@@ -191,7 +191,7 @@ def pack(height, solid, outside, buffers, window, border):
     stride = wide + 1
     open_links(buffers, tall, stride, *swept_rows(window, rows, border))
     close_rim(buffers, tall, wide, stride, window, rows, cols, border)
-    ground, ground_map = buffers[GROUND], height.ravel()
+    ground, ground_map = buffers[GROUND], flat(height)
     first, count = max(c0, 0), min(c1, cols) - max(c0, 0)
     for r in range(max(r0, 0), min(r1, rows)):
         copy_cells(ground_map, r * cols + first, ground, (r - r0 + 1) * stride + first - c0, count)
@@ -211,7 +211,7 @@ def unpack(height, buffers, stride, window, moved, changed):
     """
     rows, cols = height.shape
     r0, r1, c0, c1 = window
-    ground, ground_map = buffers[GROUND], height.ravel()
+    ground, ground_map = buffers[GROUND], flat(height)
     first, end = max(c0, 0), min(c1, cols)
     low, high = r0 + moved[0] // stride - 1, r0 + (moved[1] - 1) // stride + 1  # a link of the row below moves it too
     for r in range(max(r0, low, 0), min(r1, high, rows)):

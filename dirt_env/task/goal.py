@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.bank import Bank, bank_gain, bank_metres
-from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.jit import entry, flat, kernel
 from dirt_env.sim.lanes import LANES, choose, doubles, has, load, ramp, total
 from dirt_env.task.job import Job
 from dirt_env.task.kinds import DESIGN, GOAL, OUTSIDE, STRAY
@@ -97,7 +97,7 @@ def _add_block(height, job, r0, c0, block, bank):
     """
     rows, cols = height.shape
     n = cols - c0
-    ground, targets, hauls, kinds = height.ravel(), job.target.ravel(), job.haul.ravel(), job.kind.ravel()
+    ground, targets, hauls, kinds = flat(height), flat(job.target), flat(job.haul), flat(job.kind)
     way, over, stray = ramp(0.0, 0.0), ramp(0.0, 0.0), ramp(0.0, 0.0)
     gain, lack, square = ramp(0.0, 0.0), ramp(0.0, 0.0), ramp(0.0, 0.0)
     for r in range(r0, min(r0 + SIDE, rows)):
@@ -107,7 +107,7 @@ def _add_block(height, job, r0, c0, block, bank):
         gained, error = off, off
         if bank is not None:
             share, level, aim = 1.0 / (1.0 + bank.swell), doubles(here), doubles(target)
-            now, natural = doubles(load(bank.now.ravel(), p, n)), doubles(load(bank.natural.ravel(), p, n))
+            now, natural = doubles(load(flat(bank.now), p, n)), doubles(load(flat(bank.natural), p, n))
             off, gained = bank_metres(level, now, aim, share), bank_gain(level, now, natural, aim, share)
         bits = load(kinds, p, n)
         above = choose(off > 0.0, off, 0.0)

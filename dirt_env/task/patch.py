@@ -9,7 +9,7 @@ from math import cos, floor, sin
 
 import numpy as np
 
-from dirt_env.sim.jit import kernel
+from dirt_env.sim.jit import flat, kernel
 from dirt_env.task.kinds import SOLID, least_todo, todo
 
 HEIGHT, TODO, WALLS = range(3)
@@ -32,13 +32,13 @@ def fill_patch(height, job, pose, cell, view, patch):
     x, y, ahead, left = pose.x / cell, pose.y / cell, view.ahead * size - 0.5, 0.5 * size - 0.5
     number = patch[-1].view(np.int32)
     _number_cells(x, y, ahead, left, east, north, rows, cols, number)
-    numbers, heights, aims, kinds = number.ravel(), height.ravel(), job.aim.ravel(), job.kind.ravel()
+    numbers, heights, aims, kinds = flat(number), flat(height), flat(job.aim), flat(job.kind)
     base, shared = -1, job.design_cells == 0.0
     for k in range(len(channels)):
         base = k if channels[k] == HEIGHT else base
     shared &= base >= 0  # heights are fetched once for both channels
     for k in range(len(channels)):
-        pixels = patch[k].ravel()
+        pixels = flat(patch[k])
         if channels[k] == HEIGHT:
             _fetch(heights, numbers, pixels)
         elif channels[k] == WALLS:
@@ -51,12 +51,12 @@ def fill_patch(height, job, pose, cell, view, patch):
             _fetch_todo(heights, aims, numbers, pixels)
     for k in range(len(channels)):
         if channels[k] == TODO:
-            pixels = patch[k].ravel()
+            pixels = flat(patch[k])
             if shared:
-                _take_from(patch[base].ravel(), pixels)
+                _take_from(flat(patch[base]), pixels)
             _clip_todo(job.limit, job.goal_depth, pixels)
     if base >= 0:
-        _clip_height(pose.z, view.limit, patch[base].ravel())
+        _clip_height(pose.z, view.limit, flat(patch[base]))
     _paint_outside(channels, view.beyond, x, y, ahead, left, east, north, rows, cols, patch)
 
 

@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from dirt_env.sim.jit import kernel, prefetch
+from dirt_env.sim.jit import flat, kernel, prefetch
 from dirt_env.task.batch import Batch
 
 LINE = 16  # numbers of 4 bytes that come from memory together
@@ -18,8 +18,8 @@ def prefetch_world(batch: Batch, w: int, size: int) -> None:
     x, y = pose.x / cell, pose.y / cell
     side, reach = size * scene.eye.resolution / cell, scene.blade.reach / cell
     middle, half = (scene.eye.ahead - 0.5) * side, 0.5 * side + DRIVEN
-    height, aim = batch.height[w].ravel(), job.aim[w].ravel()
-    target, haul, kind = job.target[w].ravel(), job.haul[w].ravel(), job.kind[w].ravel()
+    height, aim = flat(batch.height[w]), flat(job.aim[w])
+    target, haul, kind = flat(job.target[w]), flat(job.haul[w]), flat(job.kind[w])
     rows, cols = batch.height.shape[1], batch.height.shape[2]
     x_patch, y_patch, sides = x + middle * ahead_x, y + middle * ahead_y, sides_of(half, ahead_x, ahead_y)
     farthest = half * (abs(ahead_x) + abs(ahead_y))
