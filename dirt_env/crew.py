@@ -1,65 +1,84 @@
-"""Threads that share the worlds of a batch among them."""
+"""Threads that work on a batch together."""
 
 import os
+import threading
+import weakref
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 from typing import Any
 
-SHARES = 4  # slices for each thread: those who have the easy worlds take over some of the others'
-LEAST = 8  # worlds in a slice, 100 us and more of work
 ENOUGH = 32  # worlds for each thread, or it is not worth waking it
 
-Work = Callable[[int, int, int], None]
+Work = Callable[[int], bool]
 
 
 class Crew:
-    """Runs work(thread, first, last) over slices of worlds, on threads that it makes when it first needs them.
+    """Does work on several threads at once: the caller's, and others that it makes when it first needs them.
 
-    Every world is worked on once, by whichever thread comes by, so the result is the same for any number of threads.
     Threads belong to a process: copies, pickles and forked children make their own.
     """
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self._pool: ThreadPoolExecutor | None = None
-        self._process = 0
+        self._posts: list[SimpleQueue] = []  # one for each of the other threads
+        self._process = os.getpid()
 
-    def run(self, work: Work, count: int) -> None:
-        """Do the work on `count` worlds; returns when all is done, and raises what a slice raised."""
-        if self.threads == 1 or count <= LEAST:
-            work(0, 0, count)
+    def run(self, work: Work, threads: int) -> None:
+        """Call work(0) here and work(1) ... on other threads, so many `threads` in all, which share out what is to do.
+
+        A call returns whether it knows that all is done: if work(0) does, nobody waits for the others to say so, which
+        takes as long as waking a thread. Otherwise this returns when all calls have, and raises what one of them
+        raised.
+        """
+        if threads == 1:
+            work(0)
             return
-        size = max(LEAST, -(-count // (SHARES * self.threads)))
-        slices = iter(range(0, count, size))  # the interpreter's lock lets one thread at a time take the next
-
-        def take_turns(thread: int) -> None:
-            for first in slices:
-                work(thread, first, min(first + size, count))
-
-        others = [self._threads().submit(take_turns, thread) for thread in range(1, self.threads)]
+        ends: SimpleQueue = SimpleQueue()
+        called = [(thread, post) for thread, post in enumerate(self._helpers(threads - 1), 1) if post.empty()]
+        for thread, post in called:  # the others have not yet come to what was posted before
+            post.put((work, thread, ends))
+        is_done = False
         try:
-            take_turns(0)
+            is_done = work(0)
         finally:
-            failures = [other.exception() for other in others]  # waits; nobody works on when this returns
+            failures = [] if is_done else [ends.get() for _ in called]
         for failure in failures:
             if failure is not None:
                 raise failure
 
     def close(self) -> None:
         """Let the threads go; they come back if there is more to do."""
-        if self._pool is not None and self._process == os.getpid():
-            self._pool.shutdown()
-        self._pool = None
+        if self._process == os.getpid():
+            for post in self._posts:
+                post.put(None)
+        self._posts = []
 
-    def _threads(self) -> ThreadPoolExecutor:
-        if self._pool is None or self._process != os.getpid():
-            self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="dirt-push")
-            self._process = os.getpid()
-        return self._pool
+    def _helpers(self, count: int) -> list[SimpleQueue]:
+        """The posts of so many other threads, which are running."""
+        if self._process != os.getpid():
+            self._posts, self._process = [], os.getpid()
+        while len(self._posts) < count:
+            post: SimpleQueue = SimpleQueue()
+            threading.Thread(target=_serve, args=(post,), name="dirt-push", daemon=True).start()
+            weakref.finalize(self, post.put, None)
+            self._posts.append(post)
+        return self._posts[:count]
 
     def __getstate__(self) -> dict[str, Any]:
         """What pickle and deepcopy take along: no threads."""
-        return {**self.__dict__, "_pool": None}
+        return {**self.__dict__, "_posts": []}
+
+
+def _serve(post: SimpleQueue) -> None:
+    """Do what is posted, until that is None."""
+    while (task := post.get()) is not None:
+        work, thread, ends = task
+        try:
+            work(thread)
+            ends.put(None)
+        except BaseException as error:
+            ends.put(error)
+        del task, work, ends  # which hold the arrays of a step
 
 
 def threads_for(worlds: int) -> int:

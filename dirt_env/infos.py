@@ -8,6 +8,7 @@ from dirt_env.task.reward import TERMS
 from dirt_env.task.step import FIRST_TERM, INFO, REWARD
 
 Infos = dict[str, Any]
+_KEYS = {names: (*names, *(f"_{name}" for name in names)) for names in (INFO, TERMS)}  # numbers, then their masks
 
 
 def batch_infos(figures: np.ndarray, present: np.ndarray, stepped: np.ndarray) -> Infos:
@@ -15,11 +16,11 @@ def batch_infos(figures: np.ndarray, present: np.ndarray, stepped: np.ndarray) -
 
     The arrays are rows of `figures` f8[FIGURES, n], which is altered: 0 where a world has none.
     """
-    if not present.any():
+    if not np.count_nonzero(present):
         return {}
     infos = _columns(INFO, figures[:FIRST_TERM], present)
     infos["is_success"] = infos["is_success"] == 1.0
-    if stepped.any():
+    if np.count_nonzero(stepped):
         infos["reward"] = _columns(TERMS, figures[FIRST_TERM:REWARD], stepped)
         infos["_reward"] = stepped.copy()
     return infos
@@ -38,7 +39,8 @@ def end_infos(final: Infos, observations: dict[str, np.ndarray], ended: np.ndarr
 
 def _columns(names: tuple[str, ...], rows: np.ndarray, mask: np.ndarray) -> Infos:
     """Each row under its name, 0 where not `mask`, and a mask of its own for each."""
-    if not mask.all():
+    if np.count_nonzero(mask) < len(mask):
         rows[:, ~mask] = 0.0
-    masks = np.repeat(mask[None], len(names), axis=0)
-    return {**dict(zip(names, rows, strict=True)), **{f"_{name}": own for name, own in zip(names, masks, strict=True)}}
+    masks = np.empty(rows.shape, bool)
+    masks[:] = mask
+    return dict(zip(_KEYS[names], [*rows, *masks], strict=True))

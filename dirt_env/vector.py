@@ -15,7 +15,7 @@ from dirt_env.env import DirtPushEnv
 from dirt_env.infos import batch_infos, end_infos
 from dirt_env.task.actions import read_actions
 from dirt_env.task.observation import Sight
-from dirt_env.task.step import ADVANCE, FIGURES, REWARD, SHOW, SUCCESS, step_worlds
+from dirt_env.task.step import ADVANCE, FIGURES, REWARD, SHOW, SUCCESS, TOGETHER, step_worlds
 from dirt_env.variety import configs_for
 from dirt_env.worlds import Worlds
 
@@ -130,22 +130,25 @@ class DirtPushVectorEnv(VectorEnv):
         values = read_actions(actions, self.num_envs)
         self._check_begun()
         mode, ended = self.autoreset_mode, self._ended
-        idle = ended if mode == AutoresetMode.NEXT_STEP else np.zeros_like(ended)
-        self._measure(~idle)
+        idle = ended if mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
+        busy = ~idle
+        self._measure(busy)
         seen, sight = self._blanks()
         figures = np.empty((len(FIGURES), self.num_envs))
         self._run(values, idle, sight, figures)
-        self._restart(np.flatnonzero(idle).tolist(), sight, figures)
-        terminated, truncated = figures[SUCCESS] == 1.0, self._are_out_of_time()
-        terminated[idle] = truncated[idle] = False
+        if np.count_nonzero(idle):
+            self._restart(np.flatnonzero(idle).tolist(), sight, figures)
+        terminated, truncated = (figures[SUCCESS] == 1.0) & busy, self._are_out_of_time() & busy
         self._ended = terminated | truncated
         if self.render_mode == "human":
-            for world in np.flatnonzero(~idle):
+            for world in np.flatnonzero(busy):
                 self.envs[world].render()
-        present = {"all": np.ones_like(idle), "end": self._ended, "none": np.zeros_like(idle)}[self._info]
-        if mode == AutoresetMode.SAME_STEP and self._ended.any():
+        if mode == AutoresetMode.SAME_STEP and np.count_nonzero(self._ended):
             return seen, *self._finish(seen, sight, figures, terminated, truncated)
-        return seen, figures[REWARD], terminated, truncated, batch_infos(figures, present, present & ~idle)
+        if self._info == "none":
+            return seen, figures[REWARD], terminated, truncated, {}
+        present = np.ones(self.num_envs, bool) if self._info == "all" else self._ended
+        return seen, figures[REWARD], terminated, truncated, batch_infos(figures, present, present & busy)
 
     def _finish(
         self, seen: Observations, sight: Sight, figures: np.ndarray, terminated: np.ndarray, truncated: np.ndarray
@@ -161,13 +164,16 @@ class DirtPushVectorEnv(VectorEnv):
 
     def _run(self, actions: np.ndarray, idle: np.ndarray, sight: Sight, figures: np.ndarray) -> None:
         """Step all worlds that are not idle, on all threads."""
-        worlds = self._worlds
-        scratch = [worlds.scratch(thread) for thread in range(self._crew.threads)]
+        worlds, count = self._worlds, self.num_envs
+        threads = min(self._crew.threads, -(-count // TOGETHER))
+        turns, scratch = np.zeros(threads + 1, np.int64), [worlds.scratch(thread) for thread in range(threads)]
 
-        def work(thread: int, first: int, last: int) -> None:
-            worlds.run(step_worlds, scratch[thread], actions, idle, sight, figures, first, last, 0, ADVANCE)
+        def work(thread: int) -> bool:
+            return worlds.run(
+                step_worlds, scratch[thread], actions, idle, sight, figures, 0, count, 0, ADVANCE, turns, thread
+            )
 
-        self._crew.run(work, self.num_envs)
+        self._crew.run(work, threads)
 
     def _restart(self, indices: list[int], sight: Sight, figures: np.ndarray) -> None:
         """New episodes in these worlds, with their first observations and infos, and no reward."""

@@ -28,6 +28,7 @@ UNREACHED_ERROR, UNREACHED_SHARE = -1.0, np.inf  # of a scene that does not go b
 # What of a batch is no array, or not of an episode.
 APART = ("job", "scenes", "channels", "pulls", "grade", "soils", "zone_pulls", "sums")
 BUSY = np.zeros(1, bool)  # one world that is not idle
+ALONE = np.zeros(2, np.int64), 0  # turns of one thread, and its number
 
 
 class Worlds:
@@ -67,12 +68,12 @@ class Worlds:
         self._scratch: list[Scratch] = []
         self._codes: dict[Callable, Callable] = {}
 
-    def run(self, entry: Callable, *arguments: Any) -> None:
+    def run(self, entry: Callable, *arguments: Any) -> Any:
         """Call an entry of `task.step` with the batch and these arguments, whose types are the same in every call."""
         code = self._codes.get(entry)
         if code is None:
             code = self._codes[entry] = machine_code(entry, self.batch, *arguments)
-        code(self.batch, *arguments)
+        return code(self.batch, *arguments)
 
     def scratch(self, thread: int) -> Scratch:
         """The work space of a thread."""
@@ -151,7 +152,7 @@ class Worlds:
             actions = np.empty((1, 3))
             actions[0] = values
             scratch = self.scratch(0)
-            self.run(step_worlds, scratch, actions, BUSY, sight, figures, index, index + 1, index, ADVANCE)
+            self.run(step_worlds, scratch, actions, BUSY, sight, figures, index, index + 1, index, ADVANCE, *ALONE)
         else:
             self._step_cells(index, command_of(*values.tolist(), self.configs[index].machine))
             self.step_from(BOOK, sight, figures, index, index + 1, index)
@@ -161,7 +162,7 @@ class Worlds:
         """`step_worlds` from a phase on that needs no actions: BOOK or SHOW."""
         scratch, count = self.scratch(0) if self._is_field else None, figures.shape[1]
         actions, idle = np.empty((count, 3)), np.zeros(count, bool)
-        self.run(step_worlds, scratch, actions, idle, sight, figures, first, last, base, phase)
+        self.run(step_worlds, scratch, actions, idle, sight, figures, first, last, base, phase, *ALONE)
 
     def look(self, index: int) -> tuple[dict[str, np.ndarray], list[float]]:
         """Observation and FIGURES of one world as it is."""

@@ -1,70 +1,110 @@
-"""Threads share worlds: every world once, all done on return, failures raised."""
+"""Threads work together: every call made or made unnecessary, all done on return, failures raised."""
 
 import copy
+import gc
 import threading
+import time
 
 import pytest
 
 from dirt_env.crew import Crew, threads_for
 
 
+def helpers():
+    return sum(thread.name == "dirt-push" for thread in threading.enumerate())
+
+
+def comes_true(condition):
+    deadline = time.monotonic() + 30.0
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return condition()
+
+
 @pytest.mark.parametrize("threads", [1, 2, 3, 7])
-@pytest.mark.parametrize("count", [1, 8, 9, 50, 257])
-def test_every_world_is_worked_on_once(threads, count):
+def test_every_thread_is_called_once_and_has_returned(threads):
     crew, done = Crew(threads), []
     for _ in range(3):
-        crew.run(lambda thread, first, last: done.extend((thread, world) for world in range(first, last)), count)
-    assert sorted(world for _, world in done) == sorted(3 * list(range(count)))
-    assert {thread for thread, _ in done} <= set(range(threads))
+        crew.run(lambda thread: done.append((thread, threading.get_ident())), threads)
+    assert sorted(thread for thread, _ in done) == sorted(3 * list(range(threads)))
+    assert len(set(done)) == threads  # each on the same one every time
+    assert (0, threading.get_ident()) in done
     crew.close()
 
 
-def test_threads_take_part():
-    """Two slices that wait for each other are done only by two threads."""
+def test_threads_work_at_the_same_time():
+    """Calls that wait for each other return only on two threads."""
     crew, meeting = Crew(2), threading.Barrier(2, timeout=30)
-    met = []
-
-    def work(thread, first, last):
-        if len(met) < 2:
-            met.append(thread)
-            meeting.wait()
-
-    crew.run(work, 64)
-    assert sorted(met) == [0, 1]
+    crew.run(lambda thread: meeting.wait() < 0, 2)
     crew.close()
 
 
-def test_no_thread_is_started_for_a_few_worlds():
-    before = threading.active_count()
-    Crew(4).run(lambda thread, first, last: None, 8)
-    assert threading.active_count() == before
+def test_nobody_waits_for_a_thread_when_all_is_known_to_be_done():
+    crew, begun, gate, done = Crew(2), threading.Event(), threading.Event(), []
+
+    def work(thread):
+        if thread == 1:
+            begun.set()
+            gate.wait(30)
+        done.append(thread)
+        return thread == 0
+
+    crew.run(work, 2)
+    assert begun.wait(30)
+    for _ in range(4):
+        crew.run(work, 2)
+    assert done == [0] * 5
+    gate.set()
+    assert comes_true(lambda: done.count(1) == 2)  # who has not come to the last call is not given more
+    crew.run(lambda thread: done.append(thread), 2)
+    assert done.count(1) == 3
+    crew.close()
 
 
-@pytest.mark.parametrize("failing", [0, 40])
-def test_what_a_slice_raises_is_raised_and_the_crew_works_on(failing):
+def test_no_thread_is_started_for_one():
+    before = helpers()
+    Crew(4).run(lambda thread: None, 1)
+    assert helpers() == before
+
+
+@pytest.mark.parametrize("failing", [0, 1])
+def test_what_a_call_raises_is_raised_when_all_have_returned_and_the_crew_works_on(failing):
     crew, done = Crew(3), []
 
-    def work(thread, first, last):
-        if first <= failing < last:
+    def work(thread):
+        if thread == failing:
             raise ArithmeticError("out of soil")
+        time.sleep(0.05)
+        done.append(thread)
 
     with pytest.raises(ArithmeticError, match="out of soil"):
-        crew.run(work, 60)
-    crew.run(lambda thread, first, last: done.extend(range(first, last)), 60)
-    assert sorted(done) == list(range(60))
+        crew.run(work, 3)
+    assert sorted(done) == sorted({0, 1, 2} - {failing})
+    crew.run(lambda thread: done.append(thread), 3)
+    assert len(done) == 5
     crew.close()
 
 
 def test_copies_and_closed_crews_have_threads_again_when_they_need_them():
     crew, done = Crew(2), []
-    crew.run(lambda thread, first, last: None, 64)
+    crew.run(lambda thread: None, 2)
     twin = copy.deepcopy(crew)
     crew.close()
     crew.close()
     for one in (twin, crew):
-        one.run(lambda thread, first, last: done.extend(range(first, last)), 64)
+        one.run(lambda thread: done.append(thread), 2)
         one.close()
-    assert sorted(done) == sorted(2 * list(range(64)))
+    assert sorted(done) == [0, 0, 1, 1]
+
+
+def test_threads_end_with_their_crew():
+    before = helpers()
+    crew = Crew(3)
+    crew.run(lambda thread: None, 3)
+    assert helpers() == before + 2
+    del crew
+    gc.collect()
+    assert comes_true(lambda: helpers() == before)
 
 
 def test_small_batches_have_one_thread(monkeypatch):

@@ -18,6 +18,7 @@ import platform
 import shutil
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -35,8 +36,8 @@ from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.imputils import impl_ret_borrowed
 from numba.core.serialize import dumps
-from numba.np.arrayobj import populate_array
 from numba.extending import intrinsic, is_jitted, overload
+from numba.np.arrayobj import populate_array
 
 try:
     import fcntl
@@ -51,6 +52,7 @@ _LOCK_PATIENCE = 120.0  # s; longer than any compilation, so that only a hung pr
 _STALE_AFTER = 30 * 86400.0  # s
 _YOUNG = 10_000  # objects, instead of Python's 700: compilation makes millions, and a search for garbage looks at them
 _BEGIN = time.time_ns()
+_COUNTING = threading.Lock()
 
 
 def kernel(function: Callable) -> Callable:
@@ -128,6 +130,7 @@ def _compile_uncounted(arrays):
 @intrinsic
 def _flat(context: Any, array: Any) -> Any:
     """The same numbers as an array with one index."""
+    array = array.type if isinstance(array, types.Optional) else array  # may be None, but is not where it is used
     if not isinstance(array, types.Array) or array.layout != "C":
         return None
     kind = array.copy(ndim=1)
@@ -178,6 +181,49 @@ def prefetch(array: Any, place: int) -> None:
 @overload(prefetch)
 def _compile_prefetch(array, place):
     return lambda array, place: _prefetch(array, place)
+
+
+@intrinsic
+def _add_shared(context: Any, counts: Any, place: Any, amount: Any) -> Any:
+    def generate(context, builder, signature, values):
+        data = context.make_array(signature.args[0])(context, builder, values[0]).data
+        return builder.atomic_rmw("add", builder.gep(data, [values[1]]), values[2], "acq_rel")
+
+    return types.intp(counts, types.intp, types.intp), generate
+
+
+def add_shared(counts: np.ndarray, place: int, amount: int) -> int:
+    """Add to counts i8[n], which threads share, in one piece; returns what was there before."""
+    with _COUNTING:
+        counts[place] += amount
+        return counts[place] - amount
+
+
+@overload(add_shared)
+def _compile_add_shared(counts, place, amount):
+    return lambda counts, place, amount: _add_shared(counts, place, amount)
+
+
+@intrinsic
+def _read_shared(context: Any, counts: Any, place: Any) -> Any:
+    def generate(context, builder, signature, values):
+        data = context.make_array(signature.args[0])(context, builder, values[0]).data
+        if platform.machine().lower() in ("x86_64", "amd64", "i386", "i686"):
+            nothing = cgutils.ir.FunctionType(cgutils.ir.VoidType(), [])
+            builder.call(cgutils.get_or_insert_function(builder.module, nothing, "llvm.x86.sse2.pause"), [])
+        return builder.load_atomic(builder.gep(data, [values[1]]), "acquire", 8)
+
+    return types.intp(counts, types.intp), generate
+
+
+def read_shared(counts: np.ndarray, place: int) -> int:
+    """Read from counts i8[n], which another thread is about to change, and leave it the core for a moment."""
+    return int(counts[place])
+
+
+@overload(read_shared)
+def _compile_read_shared(counts, place):
+    return lambda counts, place: _read_shared(counts, place)
 
 
 class _Part(JITCodeLibrary):

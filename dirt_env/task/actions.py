@@ -47,15 +47,15 @@ def read_action(action: Any) -> np.ndarray:
 
 def read_actions(actions: Any, count: int) -> np.ndarray:
     """The actions of `count` worlds, f8[count, 3], or a ValueError that names the world and what is wrong with it."""
-    names = ", ".join(ACTIONS)
     try:
         values = np.asarray(actions, dtype=np.float64, order="C")
     except (TypeError, ValueError):
-        allowed = f"{count} x 3 numbers in [-1, 1] ({names})"
+        allowed = f"{count} x 3 numbers in [-1, 1] ({', '.join(ACTIONS)})"
         raise ValueError(f"actions are {actions!r:.200}; allowed: {allowed}") from None
     if values.shape != (count, 3):
+        names = ", ".join(ACTIONS)
         raise ValueError(f"actions have the shape {values.shape}; allowed: {(count, 3)}, for each world {names}")
-    if not np.isfinite(values).all():
+    if np.count_nonzero(np.isfinite(values)) < values.size:
         world, entry_ = np.argwhere(~np.isfinite(values))[0]
         found = f"{values[world].tolist()}, its {ACTIONS[entry_]} {values[world, entry_]}"
         raise ValueError(f"action of world {world} is {found}; allowed: finite numbers")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dirt_env.sim.advance import step
-from dirt_env.sim.jit import entry, kernel, uncounted
+from dirt_env.sim.jit import add_shared, entry, kernel, read_shared, uncounted
 from dirt_env.task.actions import command_of
 from dirt_env.task.batch import (
     Batch,
@@ -52,6 +52,7 @@ FIGURES = (*INFO, *TERMS, "reward")
 SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
 ADVANCE, BOOK, SHOW = range(3)  # phases of a step
 MANY = 200  # worlds of a batch, of which what a step reads may no longer be in the caches
+PATIENCE = 4000  # looks whether other threads are done, 50 to 200 us; being woken by one takes as long
 TOGETHER = 8  # worlds that go through each phase one after the other, while its code and their data are in the caches
 
 
@@ -67,8 +68,14 @@ def step_worlds(
     last: int,
     base: int,
     phase: int,
-) -> None:
+    turns: np.ndarray,
+    thread: int,
+) -> bool:
     """One control step of the worlds first:last that are not idle[m], in place, from the `phase` on.
+
+    Calls with the same `turns` i8[threads + 1], of zeros, share the worlds, each with a number `thread` and a scratch
+    of its own: it begins with its own part of them and then helps the others, TOGETHER worlds in a turn. Returns
+    whether it knows that all are done, for which thread 0 waits a little. With one thread, `turns` is not touched.
 
     ADVANCE is the whole step. BOOK is what follows after the worlds have been advanced, for terrains that do that
     elsewhere (they have no scratch). SHOW shows the worlds as they are: no reward, and its terms 0. One entry does all
@@ -79,35 +86,57 @@ def step_worlds(
     """
     batch, sight = uncounted(batch), uncounted(sight)
     actions, idle, figures = uncounted(actions), uncounted(idle), uncounted(figures)
-    for ready in range(first, last + TOGETHER, TOGETHER):  # asked for now, stepped in the next round
-        if len(batch.height) >= MANY:
-            for w in range(ready, min(ready + TOGETHER, last)):
-                prefetch_world(batch, w, sight.patch.shape[-1])
-        begin, end = max(ready - TOGETHER, first), min(ready, last)
-        if scratch is not None and phase == ADVANCE:
-            space = uncounted(scratch)
+    parts = len(turns) - 1  # whose turns are counted; the last number is that of the worlds done
+    share = -(-(last - first) // (parts * TOGETHER)) * TOGETHER
+    for k in range(parts):
+        part, turn = (thread + k) % parts, -1
+        stop = min(first + (part + 1) * share, last)
+        while True:
+            turn = add_shared(turns, part, 1) if parts > 1 else turn + 1
+            begin = first + part * share + turn * TOGETHER
+            if begin >= stop:
+                break
+            end = min(begin + TOGETHER, stop)
+            if len(batch.height) >= MANY:  # asked for now, stepped in the next turn
+                for w in range(begin if turn == 0 else end, min(end + TOGETHER, stop)):
+                    prefetch_world(batch, w, sight.patch.shape[-1])
+            if scratch is not None and phase == ADVANCE:
+                space = uncounted(scratch)
+                for w in range(begin, end):
+                    if not idle[w - base]:
+                        _advance(batch, space, actions[w - base], w)
             for w in range(begin, end):
                 if not idle[w - base]:
-                    scene = batch.scenes[w]
-                    action, machine = actions[w - base], machine_of(scene)
-                    command = command_of(action[0], action[1], action[2], machine)
-                    step(
-                        batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
-                        space.buffers, space.links, space.link_levels, batch.changed[w], batch.pending[w],
-                        batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine,
-                        command, scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
-                        zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
-                    )  # fmt: skip
-        for w in range(begin, end):
-            if not idle[w - base]:
-                if phase <= BOOK:
-                    _book(batch, w, figures, w - base)
-                else:
-                    for k in range(FIRST_TERM, REWARD + 1):
-                        figures[k, w - base] = 0.0
-        for w in range(begin, end):
-            if not idle[w - base]:
-                _show(batch, w, sight, figures, w - base)
+                    if phase <= BOOK:
+                        _book(batch, w, figures, w - base)
+                    else:
+                        for i in range(FIRST_TERM, REWARD + 1):
+                            figures[i, w - base] = 0.0
+            for w in range(begin, end):
+                if not idle[w - base]:
+                    _show(batch, w, sight, figures, w - base)
+            if parts > 1:
+                add_shared(turns, parts, end - begin)
+    if parts > 1:
+        for _ in range(PATIENCE if thread == 0 else 0):
+            if read_shared(turns, parts) == last - first:
+                return True
+    return parts == 1
+
+
+@kernel
+def _advance(batch, space, action, w):
+    """What the world's ground and machine do in a step, by its action of three numbers."""
+    scene = batch.scenes[w]
+    machine = machine_of(scene)
+    command = command_of(action[0], action[1], action[2], machine)
+    step(
+        batch.height[w], at(batch.solid, w), at(batch.outside, w), batch.machine[w], batch.tally[w],
+        space.buffers, space.links, space.link_levels, batch.changed[w], batch.pending[w],
+        batch.episodes[w].quantum, grid_of(batch, scene), soil_of(scene), blade_of(scene), machine,
+        command, scene.period, pull_at(batch.pulls, w), at(batch.grade, w),
+        zones_at(batch.zone, batch.soils, batch.zone_pulls, w), bank_at(batch, w),
+    )  # fmt: skip
 
 
 @entry
