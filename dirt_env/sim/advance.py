@@ -1,6 +1,6 @@
 """What one control step does to a world: the one composition of the phases."""
 
-from math import cos, inf, sin
+from math import inf
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from dirt_env.sim.bank import bank_of
 from dirt_env.sim.blade import cells_between, held_links, line_of, load_ahead, scrape, stands_above
 from dirt_env.sim.jit import entry, kernel, uncounted
 from dirt_env.sim.laws import RATE, push_work
-from dirt_env.sim.machine import drive, ground_between, is_free, track_plane, wrap
+from dirt_env.sim.machine import drive, facing_of, ground_between, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
 from dirt_env.sim.slump import at_rest, limits, relax, settle_window
@@ -26,33 +26,27 @@ PATIENCE = 50  # stages for each row and column after which plain sweeps, which 
 
 
 @kernel
-def blade_line(pose, blade):
-    """The blade's Line for the machine's record."""
-    return line_of(pose.x, pose.y, pose.heading, pose.z, pose.pitch, pose.roll, pose.edge, blade)
-
-
-@kernel
-def stand(height, cell, pose, blade, machine):
+def stand(height, cell, pose, facing, blade, machine):
     """Lay the machine on the ground under its tracks."""
-    pose.z, pose.pitch, pose.roll = track_plane(height, cell, pose.x, pose.y, pose.heading, blade, machine)
+    pose.z, pose.pitch, pose.roll = track_plane(height, cell, pose.x, pose.y, facing, blade, machine)
 
 
 @kernel
-def measure_load(height, solid, pose, cell, soil, blade, zones=None):
-    """Write the soil ahead of the blade [m3] into the machine's record."""
-    plane, line, slope = pose.z + pose.pitch * blade.reach, blade_line(pose, blade), soil.slope
+def measure_load(height, solid, pose, line, cell, soil, blade, zones=None):
+    """Write the soil ahead of the blade [m3], which is at `line`, into the machine's record."""
+    plane, slope = pose.z + pose.pitch * blade.reach, soil.slope
     if zones is not None:
         slope = slope_ahead(zones, slope, line, cell, 1)
     pose.load, _ = load_ahead(height, solid, line, cell, slope, plane, 1)
 
 
 @kernel
-def work_of_way(height, solid, pose, cell, soil, blade, way, zones=None):
+def work_of_way(height, solid, pose, line, cell, soil, blade, way, zones=None):
     """Work on the soil that stands against the blade, on the side it moves to, over a `way` of one substep [J].
 
     Going forward, that soil is the load, and goes into the machine's record.
     """
-    plane, line, slope = pose.z + pose.pitch * blade.reach, blade_line(pose, blade), soil.slope
+    plane, slope = pose.z + pose.pitch * blade.reach, soil.slope
     side = 1 if way > 0 else -1
     if zones is not None:
         slope = slope_ahead(zones, slope, line, cell, side)
@@ -67,13 +61,13 @@ def work_of_way(height, solid, pose, cell, soil, blade, way, zones=None):
 
 
 @kernel
-def graded_edge(target, pose, cell, blade, machine, asked):
+def graded_edge(target, pose, facing, cell, blade, machine, asked):
     """Height of the edge over the tracks [m] by automatic grade control, for an `asked` one as in `Command`.
 
     At 0 the middle of the edge is at the target surface, target[row, col], below 0 as much below it; above 0 it goes
     from there evenly to `machine.lift` over the tracks.
     """
-    x, y = pose.x + blade.reach * cos(pose.heading), pose.y + blade.reach * sin(pose.heading)
+    x, y = pose.x + blade.reach * facing[0], pose.y + blade.reach * facing[1]
     surface = ground_between(target, x / cell - 0.5, y / cell - 0.5, 1.0, 1.0, inf)
     level = surface - pose.z - pose.pitch * blade.reach
     share = max(asked, 0.0) / machine.lift
@@ -141,27 +135,27 @@ def step(
     tally.sweeps = 0
     distance = turned = held = work = energy = draft = slip = 0.0
     measured = False
-    old = blade_line(pose, blade)
+    old = line_of(pose, facing_of(pose.heading), blade)
     for _ in range(pieces):
         forward, turn = command.speed * period, command.yaw_rate * period
         if pull is not None:
             share, force, power, slipped = effort(
-                height, solid, pose, cell, soil, blade, machine, pull, command.speed, zones
+                height, solid, pose, old, cell, soil, blade, machine, pull, command.speed, zones
             )
             forward, turn = share * forward, share * turn
             energy += power * period
             draft += force / pieces
             slip += slipped / pieces
-        went, swung = drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn)
+        went, swung, facing = drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn)
         held += 0.0 if went == forward and swung == turn else 1.0 / pieces
         distance += went
         turned += swung
-        stand(height, cell, pose, blade, machine)
+        stand(height, cell, pose, facing, blade, machine)
         edge, largest = command.edge, machine.edge_rate * period
         if target is not None:
-            edge = graded_edge(target, pose, cell, blade, machine, edge)
+            edge = graded_edge(target, pose, facing, cell, blade, machine, edge)
         pose.edge += min(max(edge - pose.edge, -largest), largest)
-        new = blade_line(pose, blade)
+        new = line_of(pose, facing, blade)
         touches = move_soil(
             height, solid, outside, buffers, links, levels, changed, pending, cell, soil, quantum, pose, old, new,
             tally, zones, bank,
@@ -170,13 +164,13 @@ def step(
         if pull is not None:
             work += force * abs(went)
         elif weigh:
-            work += work_of_way(height, solid, pose, cell, soil, blade, went, zones)
+            work += work_of_way(height, solid, pose, new, cell, soil, blade, went, zones)
             measured = went > 0.0
         else:
             measured = False
         old = new
     if not measured:
-        measure_load(height, solid, pose, cell, soil, blade, zones)
+        measure_load(height, solid, pose, old, cell, soil, blade, zones)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     tally.distance, tally.work, tally.blocked = abs(distance), work, held
     tally.cut, tally.lost, tally.stuck = tally.cut * cell**2, tally.lost * cell**2, tally.stuck * cell**2
@@ -214,7 +208,9 @@ def advance(
 @entry
 def fits(world: World, grid: Grid, blade: Blade, machine: Machine, x: float, y: float, heading: float) -> bool:
     """Whether the machine can stand with its pivot at (x, y) [m] and that heading [rad]."""
-    return is_free(world.solid, world.outside, grid.rows, grid.cols, grid.cell, x, y, heading, blade, machine)
+    return is_free(
+        world.solid, world.outside, grid.rows, grid.cols, grid.cell, x, y, facing_of(heading), blade, machine
+    )
 
 
 @entry
@@ -226,14 +222,15 @@ def set_down(
     pose = world.machine[0]
     pose.x, pose.y, pose.heading, pose.edge = x, y, wrap(heading), machine.lift
     pose.speed = pose.yaw_rate = pose.closed = 0.0
-    stand(world.height, grid.cell, pose, blade, machine)
-    measure_load(world.height, world.solid, pose, grid.cell, soil, blade, zones)
+    facing = facing_of(pose.heading)
+    stand(world.height, grid.cell, pose, facing, blade, machine)
+    measure_load(world.height, world.solid, pose, line_of(pose, facing, blade), grid.cell, soil, blade, zones)
 
 
 @entry
 def let_go(world: World, grid: Grid, blade: Blade) -> None:
     """Let slump from now on what leans on the machine's blade, which is about to be taken away."""
-    held = blade_line(world.machine[0], blade)
+    held = line_of(world.machine[0], facing_of(world.machine[0].heading), blade)
     r0, r1, c0, c1 = cells_between(held, held, grid.cell)
     r0, r1, c0, c1 = max(r0 - 1, 0), min(r1 + 1, grid.rows), max(c0 - 1, 0), min(c1 + 1, grid.cols)
     lowest = held.edge - abs(held.roll) * held.half

@@ -1,6 +1,6 @@
 """The blade: a vertical plate that cuts what it crosses, carries it ahead, and closes the links it stands across."""
 
-from math import ceil, cos, floor, inf, sin
+from math import ceil, floor, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -35,17 +35,17 @@ class Line(NamedTuple):
 
 
 @kernel
-def line_of(x, y, heading, z, pitch, roll, edge, blade):
-    """The blade's Line for a machine's pose; see `state.POSE`."""
-    ahead_x, ahead_y = cos(heading), sin(heading)
+def line_of(pose, facing, blade):
+    """The blade's Line for a machine's record, see `state.POSE`; `facing` is that of its heading."""
+    ahead_x, ahead_y = facing
     return Line(
-        x + blade.reach * ahead_x,
-        y + blade.reach * ahead_y,
+        pose.x + blade.reach * ahead_x,
+        pose.y + blade.reach * ahead_y,
         ahead_x,
         ahead_y,
         0.5 * blade.width,
-        z + pitch * blade.reach + edge,
-        roll,
+        pose.z + pose.pitch * blade.reach + pose.edge,
+        pose.roll,
         blade.height,
     )
 

@@ -4,7 +4,7 @@ Compilers make vectors of long loops by themselves. Around a blade a row has six
 before and after its vectors then takes longer than they do; nor do they make them of sums, whose order that would
 change. Here the order is written down: `total` adds in pairs, on every machine alike.
 
-In kernels, lanes of one type are added, subtracted, multiplied and compared with each other and with numbers;
+In kernels, lanes of one type are added, subtracted, multiplied, divided and compared with each other and with numbers;
 comparisons give lanes of truth values, for `&`, `|`, `choose` and `some`. Arrays are flat, and heights in them are
 `float32` or `float64`. With NUMBA_DISABLE_JIT=1 lanes are numpy's arrays.
 """
@@ -108,8 +108,13 @@ def _calculate(name: str, builder: Any, dtype: types.Type, a: Any, b: Any) -> An
     return getattr(builder, ("f" if isinstance(dtype, types.Float) else "") + name)(a, b)
 
 
+def _divide(builder: Any, _: types.Type, a: Any, b: Any) -> Any:
+    return builder.fdiv(a, b)
+
+
 for _name in ("add", "sub", "mul", "and_", "or_"):
     _operator(_name, False, partial(_calculate, _name))
+_operator("truediv", False, _divide)
 for _name, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("ne", "!=")):
     _operator(_name, True, partial(_compare, _sign))
 
@@ -173,6 +178,16 @@ def _choose(truth: np.ndarray, yes: Any, no: Any) -> np.ndarray:
 def _doubles(lanes: np.ndarray) -> np.ndarray:
     """The same numbers as f8."""
     return lanes.astype(np.float64)
+
+
+def _whole(lanes: np.ndarray) -> np.ndarray:
+    """Numbers without what comes after the point, i4."""
+    return lanes.astype(np.int32)
+
+
+def _gather(array: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The numbers at these places, i4; all have to be there."""
+    return array[places]
 
 
 def _has(lanes: np.ndarray, bits: int) -> np.ndarray:
@@ -321,9 +336,38 @@ def choose(context: Any, truth: Any, yes: Any, no: Any) -> Any:
 @_compiled(_doubles)
 def doubles(context: Any, lanes: Any) -> Any:
     def generate(context, builder, signature, values):
-        return values[0] if lanes == _DOUBLES else builder.fpext(values[0], _vector(types.float64))
+        if lanes == _DOUBLES:
+            return values[0]
+        return (builder.fpext if isinstance(lanes.dtype, types.Float) else builder.sitofp)(
+            values[0], _vector(types.float64)
+        )
 
     return _DOUBLES(lanes), generate
+
+
+@_compiled(_whole)
+def whole(context: Any, lanes: Any) -> Any:
+    def generate(context, builder, signature, values):
+        return builder.fptosi(values[0], _vector(types.int32))
+
+    return _Lanes(types.int32)(lanes), generate
+
+
+@_compiled(_gather)
+def gather(context: Any, array: Any, places: Any) -> Any:
+    if not _is_flat(array) or places != _Lanes(types.int32):
+        return None
+    dtype = _stored(array)
+
+    def generate(context, builder, signature, values):
+        data = context.make_array(array)(context, builder, values[0]).data
+        found = ir.Constant(_vector(dtype), ir.Undefined)
+        for k in range(LANES):
+            place = builder.sext(builder.extract_element(values[1], _I32(k)), _I64)
+            found = builder.insert_element(found, builder.load(builder.gep(data, [place])), _I32(k))
+        return found
+
+    return _Lanes(dtype)(array, places), generate
 
 
 @_compiled(_has)

@@ -4,7 +4,8 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from dirt_env.sim.jit import kernel
+from dirt_env.sim.jit import flat, kernel
+from dirt_env.sim.lanes import among, choose, doubles, gather, ramp, total, whole
 from dirt_env.sim.timestep import STRIDE
 
 STATIONS = 5  # samples of the ground along the tracks; three across
@@ -14,6 +15,12 @@ STATIONS = 5  # samples of the ground along the tracks; three across
 def wrap(angle):
     """The angle in [-pi, pi)."""
     return angle if -pi <= angle < pi else (angle + pi) % (2 * pi) - pi
+
+
+@kernel
+def facing_of(heading):
+    """(x, y): the unit vector of a heading."""
+    return cos(heading), sin(heading)
 
 
 @kernel
@@ -62,27 +69,62 @@ def ground_at(height, cell, x, y, ahead_x, ahead_y, limit):
 
 
 @kernel
-def track_plane(height, cell, x, y, heading, blade, machine):
+def grounds_between(height, columns, rows, ahead_x, ahead_y, limit):
+    """`ground_between` at LANES points."""
+    tall, wide = height.shape
+    ground = flat(height)
+    columns, rows = clamp(columns, wide - 1.0), clamp(rows, tall - 1.0)
+    left, low = whole(columns), whole(rows)
+    at_left, at_low = doubles(left), doubles(low)
+    fx, fy = columns - at_left, rows - at_low
+    right, high = choose(left + 1 < wide, left + 1, left), choose(low + 1 < tall, low + 1, low)
+    low_left, low_right = doubles(gather(ground, low * wide + left)), doubles(gather(ground, low * wide + right))
+    high_left, high_right = doubles(gather(ground, high * wide + left)), doubles(gather(ground, high * wide + right))
+    below = low_left + fx * (low_right - low_left)
+    above = high_left + fx * (high_right - high_left)
+    between = below + fy * (above - below)
+    ahead = at_left * ahead_x + at_low * ahead_y
+    span = max(ahead_x, 0.0) + max(ahead_y, 0.0)
+    is_whole = (left + 1 < wide) & (low + 1 < tall) & (ahead + span <= limit)
+    weight = choose(ahead <= limit, (1.0 - fy) * (1.0 - fx), 0.0)
+    sums, weights = weight * low_left, weight
+    weight = choose(ahead + ahead_x <= limit, (1.0 - fy) * fx, 0.0)
+    sums, weights = sums + weight * low_right, weights + weight
+    weight = choose(ahead + ahead_y <= limit, fy * (1.0 - fx), 0.0)
+    sums, weights = sums + weight * high_left, weights + weight
+    weight = choose(ahead + ahead_x + ahead_y <= limit, fy * fx, 0.0)
+    sums, weights = sums + weight * high_right, weights + weight
+    return choose(is_whole, between, choose(weights > 1e-9, sums / weights, low_left))
+
+
+@kernel
+def clamp(lanes, most):
+    """The numbers, no less than 0 and no more than `most`."""
+    lanes = choose(lanes < 0.0, 0.0, lanes)
+    return choose(lanes > most, most, lanes)
+
+
+@kernel
+def track_plane(height, cell, x, y, facing, blade, machine):
     """(z, pitch, roll): plane of least squares through the ground under the tracks, at the pivot [m] and its slopes."""
-    ahead_x, ahead_y = cos(heading), sin(heading)
+    ahead_x, ahead_y = facing
     per_metre = 1.0 / cell
     column, row = x * per_metre - 0.5, y * per_metre - 0.5
     # Less what the blade may cross in one substep: those cells still hold the load when the tracks are laid down.
     limit = column * ahead_x + row * ahead_y + blade.reach * per_metre - STRIDE
     long, wide = machine.length * per_metre, machine.width * per_metre
-    z = along = across = along_2 = across_2 = 0.0
-    for i in range(STATIONS):
-        s = long * (i / (STATIONS - 1) - 0.5)
-        for j in range(3):
-            u = wide * (0.5 * j - 0.5)
-            at_x, at_y = column + s * ahead_x - u * ahead_y, row + s * ahead_y + u * ahead_x
-            h = ground_between(height, at_x, at_y, ahead_x, ahead_y, limit)
-            z += h
-            along += s * h
-            across += u * h
-            along_2 += s * s
-            across_2 += u * u
-    return z / (3 * STATIONS), along / along_2 * per_metre, across / across_2 * per_metre
+    s, counts = ramp(-0.5 * long, long / (STATIONS - 1)), among(STATIONS)
+    z = along = across = ramp(0.0, 0.0)
+    for j in range(3):
+        u = wide * (0.5 * j - 0.5)
+        columns, rows = s * ahead_x + (column - u * ahead_y), s * ahead_y + (row + u * ahead_x)
+        h = choose(counts, grounds_between(height, columns, rows, ahead_x, ahead_y, limit), 0.0)
+        z += h
+        along += s * h
+        across += u * h
+    s = choose(counts, s, 0.0)
+    along_2, across_2 = 3 * total(s * s), 0.5 * STATIONS * wide * wide
+    return total(z) / (3 * STATIONS), total(along) / along_2 * per_metre, total(across) / across_2 * per_metre
 
 
 @kernel
@@ -114,11 +156,11 @@ def segment_is_free(solid, outside, rows, cols, cell, x0, y0, x1, y1):
 
 
 @kernel
-def is_free(solid, outside, rows, cols, cell, x, y, heading, blade, machine):
+def is_free(solid, outside, rows, cols, cell, x, y, facing, blade, machine):
     """Whether the machine can stand there with its blade and its tracks; the pivot never leaves the site."""
     if x < 0 or y < 0 or x > cols * cell or y > rows * cell:
         return False
-    ax, ay = cos(heading), sin(heading)
+    ax, ay = facing
     long, wide, tip = 0.5 * machine.length, 0.5 * machine.width, 0.5 * blade.width
     # The blade, then lanes along the machine, each from (s0, u0) to (s1, u1), ahead and left of the pivot: all that a
     # straight wall can touch are the outer two, and between lanes half a cell apart no solid cell has room.
@@ -139,15 +181,15 @@ def is_free(solid, outside, rows, cols, cell, x, y, heading, blade, machine):
 def drive(solid, outside, rows, cols, cell, pose, blade, machine, forward, turn):
     """Move the pose by `forward` [m] and `turn` [rad]; where something solid is in the way only one of them, or none.
 
-    Returns (metres driven, radians turned).
+    Returns (metres driven, radians turned, the way that it faces now).
     """
     for attempt in range(3):
         go = forward if attempt != 2 else 0.0
         swing = turn if attempt != 1 else 0.0
         heading = wrap(pose.heading + swing)
-        middle = pose.heading + 0.5 * swing
-        x, y = pose.x + go * cos(middle), pose.y + go * sin(middle)
-        if is_free(solid, outside, rows, cols, cell, x, y, heading, blade, machine):
+        facing, (way_x, way_y) = facing_of(heading), facing_of(pose.heading + 0.5 * swing)
+        x, y = pose.x + go * way_x, pose.y + go * way_y
+        if is_free(solid, outside, rows, cols, cell, x, y, facing, blade, machine):
             pose.x, pose.y, pose.heading = x, y, heading
-            return go, swing
-    return 0.0, 0.0
+            return go, swing, facing
+    return 0.0, 0.0, facing_of(pose.heading)

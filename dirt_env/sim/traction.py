@@ -3,7 +3,7 @@
 from math import sqrt, tan
 from typing import NamedTuple
 
-from dirt_env.sim.blade import blade_frame, line_of, load_ahead
+from dirt_env.sim.blade import blade_frame, load_ahead
 from dirt_env.sim.draft import Cut, draft_force, earthmoving_factors
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.laws import GRAVITY
@@ -135,7 +135,7 @@ def mixed_footing(pull, zones):
 
 
 @kernel
-def effort(height, solid, pose, cell, soil, blade, machine, pull, speed, zones=None):
+def effort(height, solid, pose, line, cell, soil, blade, machine, pull, speed, zones=None):
     """(share of the commanded `speed` [m/s] that is left, draft [N], power at the tracks [W], slip [-]) just now.
 
     The tracks have to give the draft, the rolling resistance and the weight's share on a slope. They run at the
@@ -145,14 +145,13 @@ def effort(height, solid, pose, cell, soil, blade, machine, pull, speed, zones=N
     """
     if speed == 0.0:
         return 1.0, 0.0, 0.0, 0.0
-    line = line_of(pose.x, pose.y, pose.heading, pose.z, pose.pitch, pose.roll, pose.edge, blade)
     plane = pose.z + pose.pitch * blade.reach
     side = 1 if speed > 0.0 else -1
     slope = soil.slope
     grip, tangent, full, ratio = pull.grip, pull.tangent, pull.full, pull.ratio
     if zones is not None:
         slope = slope_ahead(zones, slope, line, cell, side)
-        count_under(zones, cell, pose, machine)
+        count_under(zones, cell, pose, (line.ahead_x, line.ahead_y), machine)
         grip, tangent, full, ratio = mixed_footing(pull, zones)
     load, pushed = load_ahead(height, solid, line, cell, slope, plane, side)
     depth = depth_ahead(height, solid, line, cell, plane, side)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dirt_env.sim.advance import blade_line, measure_load, place, stand, work_of_way
-from dirt_env.sim.blade import box_around, stands_above
+from dirt_env.sim.advance import measure_load, place, stand, work_of_way
+from dirt_env.sim.blade import box_around, line_of, stands_above
 from dirt_env.sim.jit import entry, kernel
-from dirt_env.sim.machine import drive
+from dirt_env.sim.machine import drive, facing_of
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.state import POSE, TALLY
 from dirt_env.sim.timestep import substeps
@@ -135,22 +135,23 @@ def settle_voxels(world: VoxelWorld, rules: Rules) -> int:
 
 
 @kernel
-def stand_on(world, cell, pose, blade, machine, rules):
+def stand_on(world, cell, pose, facing, blade, machine, rules):
     """Update the agent's y from the surface, as `rules.footing` says."""
     if rules.footing == POINT:
         pose.z, pose.pitch, pose.roll = height_at(world.surface, cell, pose.x, pose.y), 0.0, 0.0
     elif rules.footing == HEAP:
-        stand(world.height, cell, pose, blade, machine)
+        stand(world.height, cell, pose, facing, blade, machine)
     else:
-        stand(world.surface, cell, pose, blade, machine)
+        stand(world.surface, cell, pose, facing, blade, machine)
 
 
 @entry
 def lay_down(world: VoxelWorld, grid: Grid, soil: Soil, blade: Blade, machine: Machine, rules: Rules) -> None:
     """Lay the machine where it is on the ground, and measure its load."""
     pose = world.machine[0]
-    stand_on(world, grid.cell, pose, blade, machine, rules)
-    measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
+    facing = facing_of(pose.heading)
+    stand_on(world, grid.cell, pose, facing, blade, machine, rules)
+    measure_load(world.height, world.solid, pose, line_of(pose, facing, blade), grid.cell, soil, blade)
 
 
 def place_on_voxels(
@@ -203,7 +204,7 @@ def advance_voxels(
     distance = turned = held = work = 0.0
     for k in range(pieces):
         forward, turn = command.speed * period, command.yaw_rate * period
-        went, swung = drive(
+        went, swung, facing = drive(
             world.solid, world.outside, grid.rows, grid.cols, grid.cell, pose, blade, machine, forward, turn
         )
         held += 0.0 if went == forward and swung == turn else 1.0 / pieces
@@ -211,12 +212,13 @@ def advance_voxels(
         turned += swung
         largest = machine.edge_rate * period
         pose.edge += min(max(command.edge - pose.edge, -largest), largest)
-        stand_on(world, grid.cell, pose, blade, machine, rules)
-        touches = push_soil(world, grid, rules, blade_line(pose, blade), went, swung, tally)
+        stand_on(world, grid.cell, pose, facing, blade, machine, rules)
+        line = line_of(pose, facing, blade)
+        touches = push_soil(world, grid, rules, line, went, swung, tally)
         if touches and went != 0.0:
-            work += work_of_way(world.height, world.solid, pose, grid.cell, soil, blade, went)
+            work += work_of_way(world.height, world.solid, pose, line, grid.cell, soil, blade, went)
         tally.sweeps += run_updates(world, rules, (k + 1) * wanted // pieces - k * wanted // pieces)
-    measure_load(world.height, world.solid, pose, grid.cell, soil, blade)
+    measure_load(world.height, world.solid, pose, line, grid.cell, soil, blade)
     pose.speed, pose.yaw_rate = distance / dt, turned / dt
     lost = before - soil_in(world) if world.outside is not None else 0.0
     area = grid.cell**2

@@ -5,7 +5,6 @@ or the tracks touch, and weighed by the share of their cells; in the form base +
 with the same numbers give the same result to the last bit.
 """
 
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -68,11 +67,11 @@ def count_ahead(zones, line, cell, side):
 
 
 @kernel
-def count_under(zones, cell, pose, machine):
+def count_under(zones, cell, pose, facing, machine):
     """Write into `zones.under` the shares of the soils at the points of the tracks on which the machine is laid."""
     rows, cols = zones.index.shape
     zones.under[:] = 0.0
-    ahead_x, ahead_y = cos(pose.heading), sin(pose.heading)
+    ahead_x, ahead_y = facing
     for i in range(STATIONS):
         s = machine.length * (i / (STATIONS - 1) - 0.5)
         for j in range(3):

@@ -1,11 +1,12 @@
 """What a policy is shown: a patch of ground around the machine, a vector about the machine, maps of the whole site."""
 
-from math import cos, hypot, sin
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
 
 from dirt_env.sim.jit import entry, kernel
+from dirt_env.sim.machine import facing_of
 from dirt_env.sim.params import Blade, Grid, Machine
 from dirt_env.task.job import Job
 from dirt_env.task.patch import CHANNELS, fill_patch
@@ -174,8 +175,9 @@ def _stack(channels: list[tuple[float, float]], shape: tuple[int, int]) -> tuple
 def observe(height, job: Job, machine, cell, view: View, remaining, time_left, sight: Sight):
     """Fill the arrays of `sight` from height[rows, cols] and the machine's record; shares `remaining`, `time_left`."""
     ground, pose = measured_ground(height, sight.noise), measured_machine(machine, height, cell, sight.noise)[0]
-    fill_patch(ground, job, pose, cell, view, sight.patch)
-    _fill_pose(job, pose, view, remaining, time_left, sight.pose)
+    facing = facing_of(pose.heading)
+    fill_patch(ground, job, pose, facing, cell, view, sight.patch)
+    _fill_pose(job, pose, facing, view, remaining, time_left, sight.pose)
     fill_overview(ground, job, pose, cell, view, sight.overview)
     fill_map(ground, job, sight.map)
 
@@ -206,10 +208,10 @@ def measured_machine(machine, height, cell, noise):
 
 
 @kernel
-def _fill_pose(job, pose, view, remaining, time_left, out):
+def _fill_pose(job, pose, facing, view, remaining, time_left, out):
     """Write the entries in the order of POSE_ENTRIES, scaled and clipped."""
     distance, east, north = _to_goal(job.centers, pose.x, pose.y)
-    ahead, left = cos(pose.heading), sin(pose.heading)
+    ahead, left = facing
     values = (
         pose.x,
         pose.y,

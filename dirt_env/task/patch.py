@@ -5,7 +5,7 @@ the numbers. A pixel outside the site is treated as the nearest cell's and paint
 a row of pixels is a straight line over the site, and those of it inside are one run, found from its ends.
 """
 
-from math import cos, floor, sin
+from math import floor
 
 import numpy as np
 
@@ -20,15 +20,15 @@ SURE = 1e-6  # cells that a corner of the patch must be clear of a border for it
 
 
 @kernel
-def fill_patch(height, job, pose, cell, view, patch):
+def fill_patch(height, job, pose, facing, cell, view, patch):
     """Fill the channels `view.channels` of patch[channels, size, size]; row 0 farthest ahead, column 0 farthest left.
 
-    A pixel shows the cell that its centre lies in; on a line between two cells, to the precision of single numbers,
-    that is the eastern or northern one.
+    `facing` is that of the heading of the machine's record `pose`. A pixel shows the cell that its centre lies in; on a
+    line between two cells, to the precision of single numbers, that is the eastern or northern one.
     """
     channels, rows, cols = view.channels, height.shape[0], height.shape[1]
     size, step = patch.shape[1], min(view.resolution / cell, COARSEST)
-    east, north = cos(pose.heading) * step, sin(pose.heading) * step
+    east, north = facing[0] * step, facing[1] * step
     x, y, ahead, left = pose.x / cell, pose.y / cell, view.ahead * size - 0.5, 0.5 * size - 0.5
     number = patch[-1].view(np.int32)
     _number_cells(x, y, ahead, left, east, north, rows, cols, number)

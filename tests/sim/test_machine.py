@@ -5,13 +5,14 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from dirt_env.sim.machine import drive, ground_at, is_free, segment_is_free, track_plane, wrap
+from dirt_env.sim.machine import drive, facing_of, ground_at, is_free, segment_is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Machine
 from dirt_env.sim.state import POSE
 from tests import naive
 
 BLADE, MACHINE = Blade(), Machine()
 FAR = 1e9
+EAST = facing_of(0.0)
 
 
 def pose_at(x, y, heading):
@@ -37,7 +38,7 @@ def test_the_tracks_lie_in_the_plane_of_the_ground(heading):
     slope_x, slope_y = 0.11, -0.07
     x, y = np.meshgrid((np.arange(40) + 0.5) * 0.5, (np.arange(30) + 0.5) * 0.5)
     ground = (slope_x * x + slope_y * y + 2.0).astype(np.float32)
-    z, pitch, roll = track_plane(ground, 0.5, 9.0, 7.0, heading, BLADE, MACHINE)
+    z, pitch, roll = track_plane(ground, 0.5, 9.0, 7.0, facing_of(heading), BLADE, MACHINE)
     assert z == pytest.approx(slope_x * 9.0 + slope_y * 7.0 + 2.0, abs=0.02)
     assert pitch == pytest.approx(slope_x * cos(heading) + slope_y * sin(heading), abs=0.01)
     assert roll == pytest.approx(-slope_x * sin(heading) + slope_y * cos(heading), abs=0.01)
@@ -51,7 +52,7 @@ def test_the_plane_is_that_of_least_squares():
         return ground_at(ground, 0.5, x, y, cos(0.7), sin(0.7), FAR)
 
     expected = naive.track_plane(sample, 10.0, 9.0, 0.7, MACHINE)
-    np.testing.assert_allclose(track_plane(ground, 0.5, 10.0, 9.0, 0.7, blade, MACHINE), expected, rtol=1e-9)
+    np.testing.assert_allclose(track_plane(ground, 0.5, 10.0, 9.0, facing_of(0.7), blade, MACHINE), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.25 * pi, 1.9])
@@ -59,7 +60,8 @@ def test_the_soil_ahead_of_the_blade_lifts_no_track(heading):
     x, y = np.meshgrid((np.arange(40) + 0.5) * 0.5, (np.arange(40) + 0.5) * 0.5)
     ahead = (x - 10.0) * cos(heading) + (y - 10.0) * sin(heading)
     ground = np.where(ahead > BLADE.reach, 1.0, 0.0).astype(np.float32)
-    np.testing.assert_allclose(track_plane(ground, 0.5, 10.0, 10.0, heading, BLADE, MACHINE), 0.0, atol=1e-12)
+    plane = track_plane(ground, 0.5, 10.0, 10.0, facing_of(heading), BLADE, MACHINE)
+    np.testing.assert_allclose(plane, 0.0, atol=1e-12)
 
 
 def test_the_machine_drives_on_an_arc():
@@ -71,18 +73,18 @@ def test_the_machine_drives_on_an_arc():
 
 
 def test_walls_hold_the_blade_and_an_open_border_only_the_pivot():
-    assert not is_free(None, None, 40, 40, 0.5, 18.6, 10.0, 0.0, BLADE, MACHINE)
-    assert is_free(None, None, 40, 40, 0.5, 18.4, 10.0, 0.0, BLADE, MACHINE)
+    assert not is_free(None, None, 40, 40, 0.5, 18.6, 10.0, EAST, BLADE, MACHINE)
+    assert is_free(None, None, 40, 40, 0.5, 18.4, 10.0, EAST, BLADE, MACHINE)
     outside = np.zeros((40, 40), np.float32)
-    assert is_free(None, outside, 40, 40, 0.5, 19.9, 10.0, 0.0, BLADE, MACHINE)
-    assert not is_free(None, outside, 40, 40, 0.5, 20.1, 10.0, 0.0, BLADE, MACHINE)
+    assert is_free(None, outside, 40, 40, 0.5, 19.9, 10.0, EAST, BLADE, MACHINE)
+    assert not is_free(None, outside, 40, 40, 0.5, 20.1, 10.0, EAST, BLADE, MACHINE)
 
 
 def test_a_held_machine_still_turns_and_backs_out():
     pose = pose_at(18.45, 10.0, 0.0)
-    assert drive(None, None, 40, 40, 0.5, pose[0], BLADE, MACHINE, 0.2, 0.0) == (0.0, 0.0)
+    assert drive(None, None, 40, 40, 0.5, pose[0], BLADE, MACHINE, 0.2, 0.0) == (0.0, 0.0, EAST)
     assert pose[0].x == 18.45
-    assert drive(None, None, 40, 40, 0.5, pose[0], BLADE, MACHINE, -0.2, 0.1) == (-0.2, 0.1)
+    assert drive(None, None, 40, 40, 0.5, pose[0], BLADE, MACHINE, -0.2, 0.1) == (-0.2, 0.1, facing_of(0.1))
 
 
 @pytest.mark.parametrize("width", [0.6, 3.0])
@@ -96,13 +98,13 @@ def test_no_solid_cell_has_room_inside_the_machine(width, cell):
             solid[row, col] = True
             x, y = (col + 0.5) * cell - 10.0, (row + 0.5) * cell - 10.0
             inside = abs(x) < 0.5 * MACHINE.length and abs(y) < 0.5 * MACHINE.width
-            assert not (inside and is_free(solid, None, n, n, cell, 10.0, 10.0, 0.0, blade, MACHINE))
+            assert not (inside and is_free(solid, None, n, n, cell, 10.0, 10.0, EAST, blade, MACHINE))
 
 
 def test_a_post_is_not_driven_over():
     solid = np.zeros((40, 40), bool)
     solid[20, 24] = True
-    assert not is_free(solid, None, 40, 40, 0.5, 10.7, 10.2, 0.0, BLADE, MACHINE)
-    assert is_free(solid, None, 40, 40, 0.5, 8.0, 10.2, 0.0, BLADE, MACHINE)
+    assert not is_free(solid, None, 40, 40, 0.5, 10.7, 10.2, EAST, BLADE, MACHINE)
+    assert is_free(solid, None, 40, 40, 0.5, 8.0, 10.2, EAST, BLADE, MACHINE)
     assert not segment_is_free(solid, None, 40, 40, 0.5, 10.0, 10.2, 14.0, 10.2)
     assert segment_is_free(solid, None, 40, 40, 0.5, 10.0, 11.2, 14.0, 11.2)

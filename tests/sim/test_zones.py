@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from dirt_env.sim.advance import advance, place, settle
+from dirt_env.sim.blade import line_of
 from dirt_env.sim.diagnostics import volume
 from dirt_env.sim.draft import draft_force
 from dirt_env.sim.laws import GRAVITY
+from dirt_env.sim.machine import facing_of
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Strength, Traction
 from dirt_env.sim.thrust import mobilised_share
 from dirt_env.sim.traction import cut_of, effort, pull_of
@@ -170,9 +172,10 @@ def draft_across(index, depth, load=0.0, soils=(SOFT, SOFT), strengths=(LOOSE, S
     place(world, grid, soils[0], BLADE, MACHINE, 6.0, 16.0, 0.0)
     pose = world.machine[0]
     pose.edge = -depth
+    line = line_of(pose, facing_of(pose.heading), BLADE)
     zones = zones_of(index, soils, pulls)
-    args = world.height, None, pose, grid.cell, soils[0], BLADE, MACHINE, pulls[0], 0.01
-    return effort(*args, zones)[1], effort(*args)[1], effort(*args[:7], pulls[1], 0.01)[1]
+    args = world.height, None, pose, line, grid.cell, soils[0], BLADE, MACHINE, pulls[0], 0.01
+    return effort(*args, zones)[1], effort(*args)[1], effort(*args[:8], pulls[1], 0.01)[1]
 
 
 def test_a_blade_across_soft_and_hard_ground_has_the_mean_of_both_drafts():
@@ -220,10 +223,12 @@ def test_tracks_pull_with_the_mean_of_what_they_stand_on():
     strengths = LOOSE, STIFF._replace(shear_deformation=0.05)
     pulls = [pull(soil, strength, traction) for soil, strength in zip(soils, strengths, strict=True)]
     zones = zones_of(HALVES, soils, pulls)
-    count_under(zones, grid.cell, world.machine[0], MACHINE)
+    pose, facing = world.machine[0], facing_of(0.0)
+    count_under(zones, grid.cell, pose, facing, MACHINE)
     assert zones.under == pytest.approx([1 / 3, 2 / 3])
+    line = line_of(pose, facing, BLADE)
     share, draft, _, slip = effort(
-        world.height, None, world.machine[0], grid.cell, SOFT, BLADE, MACHINE, pulls[0], 1.0, zones
+        world.height, None, pose, line, grid.cell, SOFT, BLADE, MACHINE, pulls[0], 1.0, zones
     )
     weight = 9000 * GRAVITY
     strength = 2 / 3 * pulls[1].grip + pulls[0].tangent * weight
