@@ -155,9 +155,9 @@ def _spread(number: Any) -> np.ndarray:
     return np.full(LANES, number)
 
 
-def _ramp(start: float, step: float) -> np.ndarray:
-    """start, start + step, start + 2 step ..., f8."""
-    return start + np.arange(LANES) * step
+def _ramp(start: Any, step: Any) -> np.ndarray:
+    """start, start + step, start + 2 step ..., of two f4 or f8."""
+    return start + np.arange(LANES, dtype=type(start)) * step
 
 
 def _none() -> np.ndarray:
@@ -183,6 +183,11 @@ def _doubles(lanes: np.ndarray) -> np.ndarray:
 def _whole(lanes: np.ndarray) -> np.ndarray:
     """Numbers without what comes after the point, i4."""
     return lanes.astype(np.int32)
+
+
+def _floors(lanes: np.ndarray) -> np.ndarray:
+    """The largest whole number that is no more than each, i4."""
+    return np.floor(lanes).astype(np.int32)
 
 
 def _gather(array: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -302,11 +307,14 @@ def spread(context: Any, number: Any) -> Any:
 
 @_compiled(_ramp)
 def ramp(context: Any, start: Any, step: Any) -> Any:
+    if start != step or not isinstance(start, types.Float):
+        return None
+
     def generate(context, builder, signature, values):
-        counts = ir.Constant(_vector(types.float64), [float(k) for k in range(LANES)])
+        counts = ir.Constant(_vector(start), [float(k) for k in range(LANES)])
         return builder.fadd(_same(builder, values[0]), builder.fmul(counts, _same(builder, values[1])))
 
-    return _DOUBLES(types.float64, types.float64), generate
+    return _Lanes(start)(start, step), generate
 
 
 @_compiled(_none)
@@ -353,6 +361,17 @@ def whole(context: Any, lanes: Any) -> Any:
     return _Lanes(types.int32)(lanes), generate
 
 
+@_compiled(_floors)
+def floors(context: Any, lanes: Any) -> Any:
+    def generate(context, builder, signature, values):
+        vector = values[0].type
+        name = f"llvm.floor.v{LANES}f{lanes.dtype.bitwidth}"
+        function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector, [vector]), name)
+        return builder.fptosi(builder.call(function, values), _vector(types.int32))
+
+    return _Lanes(types.int32)(lanes), generate
+
+
 @_compiled(_gather)
 def gather(context: Any, array: Any, places: Any) -> Any:
     if not _is_flat(array) or places != _Lanes(types.int32):
@@ -360,12 +379,17 @@ def gather(context: Any, array: Any, places: Any) -> Any:
     dtype = _stored(array)
 
     def generate(context, builder, signature, values):
-        data = context.make_array(array)(context, builder, values[0]).data
-        found = ir.Constant(_vector(dtype), ir.Undefined)
-        for k in range(LANES):
-            place = builder.sext(builder.extract_element(values[1], _I32(k)), _I64)
-            found = builder.insert_element(found, builder.load(builder.gep(data, [place])), _I32(k))
-        return found
+        data, vector = context.make_array(array)(context, builder, values[0]).data, _vector(dtype)
+        addresses = builder.gep(data, [_I32(0)])
+        addresses.indices = [values[1]]
+        addresses.type = ir.VectorType(ir.PointerType(), LANES)
+        mask = ir.Constant(_vector(types.boolean), [1] * LANES)
+        code = ir.FunctionType(vector, [addresses.type, _I32, mask.type, vector])
+        element = {"float": "f32", "double": "f64"}.get(str(vector.element), str(vector.element))
+        function = cgutils.get_or_insert_function(
+            builder.module, code, f"llvm.masked.gather.v{LANES}{element}.v{LANES}p0"
+        )
+        return builder.call(function, [addresses, _I32(dtype.bitwidth // 8), mask, ir.Constant(vector, ir.Undefined)])
 
     return _Lanes(dtype)(array, places), generate
 
