@@ -24,12 +24,14 @@ def prefetch_world(batch: Batch, w: int, size: int) -> None:
     x_patch, y_patch, sides = x + middle * ahead_x, y + middle * ahead_y, sides_of(half, ahead_x, ahead_y)
     farthest = half * (abs(ahead_x) + abs(ahead_y))
     first_row, end_row = cells(y_patch - farthest, y_patch + farthest, rows)
-    for r in range(first_row, end_row):
-        left, right = chord(sides, r + 0.5 - y_patch)
+    for r in range(first_row, end_row, 2):
+        left, right = chord(sides, r + 1.0 - y_patch)
         first, end = cells(x_patch + left, x_patch + right, cols)
         for p in range((r * cols + first) // LINE * LINE, r * cols + end, LINE):
             prefetch(height, p)
             prefetch(aim, p)
+            prefetch(height, p + cols)
+            prefetch(aim, p + cols)
     x_blade, y_blade, wide = x + reach * ahead_x, y + reach * ahead_y, scene.blade.width / cell
     first_row, end_row = cells(y_blade - wide, y_blade + wide, rows)
     first, end = cells(x_blade - wide, x_blade + wide, cols)
