@@ -6,7 +6,8 @@ import numpy as np
 
 from dirt_env.sim.bank import bank_of
 from dirt_env.sim.blade import cells_between, held_links, line_of, load_ahead, scrape, stands_above
-from dirt_env.sim.jit import entry, kernel, uncounted
+from dirt_env.sim.intrinsics import uncounted
+from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, push_work
 from dirt_env.sim.machine import drive, facing_of, ground_between, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil

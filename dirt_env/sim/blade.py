@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.bank import growth
-from dirt_env.sim.jit import flat, kernel
+from dirt_env.sim.intrinsics import flat
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.lanes import LANES, among, choose, doubles, load, none, ramp, some, total
 from dirt_env.sim.laws import link_excess, quantise
 from dirt_env.sim.window import OPEN_X, OPEN_Y, RATE_Y

@@ -4,7 +4,8 @@ import numpy as np
 
 from dirt_env.sim.advance import move_soil, step
 from dirt_env.sim.blade import Line
-from dirt_env.sim.jit import entry, kernel, uncounted
+from dirt_env.sim.intrinsics import uncounted
+from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.state import World
 

@@ -4,7 +4,8 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from dirt_env.sim.jit import flat, kernel
+from dirt_env.sim.intrinsics import flat
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.lanes import among, choose, doubles, gather, ramp, total, whole
 from dirt_env.sim.timestep import STRIDE
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from dirt_env.sim.bank import bank_of, loosen
 from dirt_env.sim.blade import close_links
-from dirt_env.sim.jit import entry, flat, kernel, uncounted
+from dirt_env.sim.intrinsics import flat, uncounted
+from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.lanes import LANES, among, choose, load, load_all, none, some, spread, store_all
 from dirt_env.sim.laws import RATE, link_excess, quantise, slump_share
 from dirt_env.sim.params import Grid, Soil

@@ -7,7 +7,8 @@ its upper link y[p], to p + stride. The rows of the buffers are named below.
 
 import numpy as np
 
-from dirt_env.sim.jit import flat, kernel
+from dirt_env.sim.intrinsics import flat
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.lanes import LANES, first_of, last_of, load, some, spread, store, store_all
 from dirt_env.sim.laws import RATE
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from dirt_env.sim.advance import step
-from dirt_env.sim.jit import entry, uncounted
+from dirt_env.sim.intrinsics import uncounted
+from dirt_env.sim.jit import entry
 from dirt_env.sim.params import Command
 from dirt_env.task.batch import Batch, Scratch, at, bank_at, blade_of, grid_of, machine_of, pull_at, soil_of, zones_at
 

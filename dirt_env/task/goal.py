@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dirt_env.sim.bank import Bank, bank_gain, bank_metres
-from dirt_env.sim.jit import entry, flat, kernel
+from dirt_env.sim.intrinsics import flat
+from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.lanes import LANES, choose, doubles, has, load, ramp, total
 from dirt_env.task.job import Job
 from dirt_env.task.kinds import DESIGN, GOAL, OUTSIDE, STRAY

@@ -7,7 +7,8 @@ from math import floor
 
 import numpy as np
 
-from dirt_env.sim.jit import flat, kernel
+from dirt_env.sim.intrinsics import flat
+from dirt_env.sim.jit import kernel
 from dirt_env.sim.lanes import LANES, choose, floors, gather, has, ramp, spread, store, store_all
 from dirt_env.task.kinds import DESIGN, HIGH, SOLID
 

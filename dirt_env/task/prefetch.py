@@ -2,7 +2,8 @@
 
 from math import cos, sin
 
-from dirt_env.sim.jit import flat, kernel, prefetch
+from dirt_env.sim.intrinsics import flat, prefetch
+from dirt_env.sim.jit import kernel
 from dirt_env.task.batch import Batch
 
 LINE = 16  # numbers of 4 bytes that come from memory together

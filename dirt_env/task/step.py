@@ -3,7 +3,8 @@
 import numpy as np
 
 from dirt_env.sim.advance import step
-from dirt_env.sim.jit import add_shared, entry, kernel, read_shared, uncounted
+from dirt_env.sim.intrinsics import add_shared, read_shared, uncounted
+from dirt_env.sim.jit import entry, kernel
 from dirt_env.task.actions import command_of
 from dirt_env.task.batch import (
     Batch,

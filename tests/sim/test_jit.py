@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import dirt_env
-from dirt_env.sim import jit, lanes
+from dirt_env.sim import intrinsics, jit, lanes
 
 pytestmark = pytest.mark.slow
 
@@ -243,33 +243,6 @@ def test_without_compilation_the_functions_are_plain_python(plough):
     assert not plough.cache.exists()
 
 
-def test_a_step_counts_hardly_any_references_and_asks_for_what_it_reads(tmp_path):
-    code = """
-import gymnasium, json, dirt_env
-from dirt_env.task.step import step_worlds
-gymnasium.make("DirtPush-v0").reset(seed=0)
-code = step_worlds.inspect_llvm(step_worlds.signatures[0])
-print(json.dumps([code.count("call void @NRT_incref"), code.count("@llvm.prefetch")]))
-"""
-    variables = os.environ | {"DIRT_ENV_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
-    counts, asks = json.loads(subprocess.check_output([sys.executable, "-c", code], env=variables, text=True))
-    assert counts < 30  # those of flat views, once for each world; 200 if nothing is done about it
-    assert asks >= 5  # ground, aim, target, way and kind
-
-
-def test_what_is_asked_for_in_good_time_is_asked_for_by_the_machine_code(plough):
-    body = "@entry\ndef ask(field):\n    prefetch(field, 3)\n    return field[3]\n"
-    (plough.law.parent / "asking.py").write_text("from plough.sim.jit import entry, prefetch\n" + body)
-    code = """
-from plough.sim.asking import ask
-field = np.arange(4.0)
-print(json.dumps([ask(field), "llvm.prefetch" in ask.inspect_llvm(ask.signatures[0])]))
-"""
-    assert plough.run(code) == [[3.0, True]]
-    code = "from plough.sim.asking import ask\nassert ask(np.arange(4.0)) == 3.0"
-    assert plough.run(code, NUMBA_DISABLE_JIT="1") == []
-
-
 def test_versions_that_nothing_was_compiled_for_in_a_month_are_removed(plough):
     for name, age in {"old": 40, "young": 2}.items():
         (plough.cache / name).mkdir(parents=True)
@@ -299,9 +272,9 @@ def test_no_kernel_uses_fast_maths_or_numbas_threads():
         assert "numba.prange" not in _imports(tree), path
 
 
-def test_numba_is_imported_here_and_for_lanes_only():
+def test_numba_is_imported_where_kernels_are_made_only():
     using = {path for path, tree in _trees(PACKAGE).items() if any(n.split(".")[0] == "numba" for n in _imports(tree))}
-    assert using == {Path(jit.__file__), Path(lanes.__file__)}
+    assert using == {Path(module.__file__) for module in (jit, intrinsics, lanes)}
 
 
 def test_every_file_with_kernels_is_part_of_the_digest():

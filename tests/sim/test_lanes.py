@@ -13,6 +13,8 @@ from dirt_env.sim.lanes import (
     choose,
     doubles,
     first_of,
+    floors,
+    gather,
     has,
     last_of,
     load,
@@ -24,6 +26,7 @@ from dirt_env.sim.lanes import (
     store,
     store_all,
     total,
+    whole,
 )
 
 COUNTS = [-3, 0, 1, 5, LANES, LANES + 4]
@@ -50,6 +53,9 @@ def calculate(a, b, number, out):
     total_ *= y
     total_ -= x
     store_all(out[3], 0, total_)
+    store_all(out[4], 0, x / y)
+    y /= number
+    store_all(out[5], 0, y)
 
 
 @entry
@@ -81,6 +87,22 @@ def add_up(a, start, step, out):
 
 
 @entry
+def look_up(cells, places, columns, out):
+    across, up = whole(load_all(places, 0)), floors(load_all(places, 8))
+    store_all(out[0], 0, gather(cells, up * columns + across))
+    store_all(out[1], 0, gather(cells, choose(across + 1 < columns, across + 1, across)))
+
+
+@entry
+def cut(numbers, wholes, ramped):
+    x = load_all(numbers, 0)
+    store_all(wholes[0], 0, whole(x))
+    store_all(wholes[1], 0, floors(x))
+    store_all(ramped[0], 0, doubles(floors(x)))
+    store_all(ramped[1], 0, doubles(ramp(numbers[0], numbers[1])))
+
+
+@entry
 def among_bools(a, count):
     return some(load(a, 0, count) < 1)
 
@@ -107,9 +129,10 @@ def test_all_of_them_are_copied():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_they_are_calculated_with_like_arrays(dtype):
     rng = np.random.default_rng(0)
-    a, b, number, out = *rng.normal(size=(2, LANES)).astype(dtype), dtype(0.3), np.zeros((4, LANES), dtype)
+    a, b, number, out = *rng.normal(size=(2, LANES)).astype(dtype), dtype(0.3), np.zeros((6, LANES), dtype)
     calculate(a, b, number, out)
-    np.testing.assert_array_equal(out, [a + b, a - number, number * b, (number + a) * b - a])
+    expected = [a + b, a - number, number * b, (number + a) * b - a, a / b, b / number]
+    np.testing.assert_array_equal(out, expected)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -140,6 +163,25 @@ def test_sums_are_made_in_pairs():
     assert out[2] == 8 * 2.0 + 0.5 * 28
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.uint8])
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_what_lies_at_places_is_looked_up(dtype, real):
+    cells, out = np.arange(12).astype(dtype) * 3, np.zeros((2, LANES), dtype)
+    across, up = np.array([0, 1.9, 2, 3, 0, 3.5, 1, 2.2]), np.array([0, 0.1, 0.99, 1, 2, 2.5, 1.5, 0])
+    look_up(cells, np.concatenate([across, up]).astype(real), 4, out)
+    across, up = across.astype(int), up.astype(int)
+    np.testing.assert_array_equal(out, [cells[up * 4 + across], cells[np.minimum(across + 1, 3)]])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_numbers_are_cut_and_rounded_down(dtype):
+    numbers = np.array([-2.5, -0.25, 0.0, 0.75, 3.0, 1e6 + 0.5, -1e6 - 0.5, -1.0], dtype)
+    wholes, ramped = np.zeros((2, LANES), np.int32), np.zeros((2, LANES))
+    cut(numbers, wholes, ramped)
+    np.testing.assert_array_equal(wholes, [np.trunc(numbers), np.floor(numbers)])
+    np.testing.assert_array_equal(ramped, [np.floor(numbers), -2.5 - 0.25 * np.arange(LANES)])
+
+
 def test_truth_values_of_an_array_are_bytes():
     assert not among_bools(np.ones(8, bool), 8)
     assert among_bools(np.array([True, True, False, True]), 4)
@@ -160,3 +202,8 @@ def test_the_plain_twins_do_the_same():
     assert lanes._total(lanes._choose(truth, a, 0.0)) == 5 + 7 + 9 + 11
     assert lanes._doubles(a.astype(np.float32)).dtype == np.float64
     assert lanes._has(np.arange(8), 4).tolist() == [False] * 4 + [True] * 4
+    half = np.array([-1.5, 2.5, 0.0, 1.0, -0.5, 3.0, 4.0, 7.0], np.float32)
+    assert lanes._whole(half).tolist() == [-1, 2, 0, 1, 0, 3, 4, 7]
+    assert lanes._floors(half).tolist() == [-2, 2, 0, 1, -1, 3, 4, 7]
+    assert lanes._gather(a, np.array([3, 3, 0, 1, 2, 7, 6, 5], np.int32)).tolist() == [7, 7, 1, 3, 5, 15, 13, 11]
+    assert lanes._ramp(np.float32(0.0), np.float32(1.0)).dtype == np.float32
