@@ -95,7 +95,8 @@ def grounds_between(height, columns, rows, ahead_x, ahead_y, limit):
     sums, weights = sums + weight * high_left, weights + weight
     weight = choose(ahead + ahead_x + ahead_y <= limit, fy * fx, 0.0)
     sums, weights = sums + weight * high_right, weights + weight
-    return choose(is_whole, between, choose(weights > 1e-9, sums / weights, low_left))
+    mean = sums / choose(weights > 1e-9, weights, 1.0)
+    return choose(is_whole, between, choose(weights > 1e-9, mean, low_left))
 
 
 @kernel
@@ -115,7 +116,7 @@ def track_plane(height, cell, x, y, facing, blade, machine):
     limit = column * ahead_x + row * ahead_y + blade.reach * per_metre - STRIDE
     long, wide = machine.length * per_metre, machine.width * per_metre
     s, counts = ramp(-0.5 * long, long / (STATIONS - 1)), among(STATIONS)
-    z = along = across = ramp(0.0, 0.0)
+    z, along, across = ramp(0.0, 0.0), ramp(0.0, 0.0), ramp(0.0, 0.0)
     for j in range(3):
         u = wide * (0.5 * j - 0.5)
         columns, rows = s * ahead_x + (column - u * ahead_y), s * ahead_y + (row + u * ahead_x)

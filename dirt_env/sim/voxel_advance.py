@@ -74,7 +74,7 @@ def make_voxel_world(
     below = ceil((depth - float(height.min())) / dy - 1e-9)
     levels = max(ceil((float(height.max()) + headroom) / dy - 1e-9) + below, 1)
     voxels = make_voxels(height, grid, dy, -below * dy, levels, solid, open_border, rules.grain)
-    ground = height.astype(np.float32)
+    ground = np.ascontiguousarray(height, np.float32)
     world = VoxelWorld(
         height=ground,
         solid=solid,

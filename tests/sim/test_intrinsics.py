@@ -54,6 +54,9 @@ def wait_for(counts, wanted, patience):
     return read_shared(counts, 0)
 
 
+needs_compilation = pytest.mark.skipif(not hasattr(ask, "signatures"), reason="NUMBA_DISABLE_JIT=1")
+
+
 @pytest.mark.parametrize("shape", [(7,), (3, 5), (2, 3, 4)])
 def test_a_flat_view_is_the_array_itself(shape):
     field = np.zeros(shape, np.float32)
@@ -61,6 +64,7 @@ def test_a_flat_view_is_the_array_itself(shape):
     np.testing.assert_array_equal(field.ravel(), 2.0 + np.arange(field.size))
 
 
+@needs_compilation
 def test_a_field_in_another_order_is_refused_instead_of_copied():
     with pytest.raises(jit.numba.TypingError, match="flat"):
         number(np.zeros((4, 6))[:, ::2], 0.0)
@@ -79,6 +83,7 @@ def test_fields_are_kept_whoever_counts():
     assert sys.getrefcount(field) == before
 
 
+@needs_compilation
 def test_what_is_asked_for_in_good_time_is_asked_for_by_the_machine_code():
     assert ask(np.arange(4.0)) == 3.0
     assert "llvm.prefetch" in ask.inspect_llvm(ask.signatures[0])
