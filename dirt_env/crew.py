@@ -33,18 +33,18 @@ class Crew:
         if threads == 1:
             work(0)
             return
-        ends: SimpleQueue = SimpleQueue()
-        called = [(thread, post) for thread, post in enumerate(self._helpers(threads - 1), 1) if post.empty()]
-        for thread, post in called:  # the others have not yet come to what was posted before
-            post.put((work, thread, ends))
+        helpers, failures = self._helpers(threads - 1), []
         is_done = False
         try:
+            for thread, post in enumerate(helpers, 1):
+                if post.empty():  # or it has not yet come to what was posted before
+                    post.put((work, thread, failures))
             is_done = work(0)
         finally:
-            failures = [] if is_done else [ends.get() for _ in called]
-        for failure in failures:
-            if failure is not None:
-                raise failure
+            if not is_done:
+                _wait_for(helpers)
+        if not is_done and failures:
+            raise failures[0]
 
     def close(self) -> None:
         """Let the threads go; they come back if there is more to do."""
@@ -69,16 +69,27 @@ class Crew:
         return {**self.__dict__, "_posts": []}
 
 
+def _wait_for(helpers: list[SimpleQueue]) -> None:
+    """Wait until these threads have done what was posted to them so far."""
+    ends: SimpleQueue = SimpleQueue()
+    for post in helpers:
+        post.put(ends)
+    for _ in helpers:
+        ends.get()
+
+
 def _serve(post: SimpleQueue) -> None:
-    """Do what is posted, until that is None."""
+    """Do what is posted: work, or to say that all before is done, until it is None."""
     while (task := post.get()) is not None:
-        work, thread, ends = task
+        if isinstance(task, SimpleQueue):
+            task.put(None)
+            continue
+        work, thread, failures = task
         try:
             work(thread)
-            ends.put(None)
         except BaseException as error:
-            ends.put(error)
-        del task, work, ends  # which hold the arrays of a step
+            failures.append(error)
+        del task, work, failures  # which hold the arrays of a step
 
 
 def threads_for(worlds: int) -> int:
