@@ -22,13 +22,14 @@ class Crew:
         self.threads = threads
         self._posts: list[SimpleQueue] = []  # one for each of the other threads
         self._process = os.getpid()
+        self._end: weakref.finalize | None = None
 
     def run(self, work: Work, threads: int) -> None:
         """Call work(0) here and work(1) ... on other threads, so many `threads` in all, which share out what is to do.
 
         A call returns whether it knows that all is done: if work(0) does, nobody waits for the others to say so, which
-        takes as long as waking a thread. Otherwise this returns when all calls have, and raises what one of them
-        raised.
+        takes as long as waking a thread, nor hears what they raise then. Otherwise this returns when all calls have,
+        after an interrupt too, and raises what one of them raised.
         """
         if threads == 1:
             work(0)
@@ -49,33 +50,45 @@ class Crew:
     def close(self) -> None:
         """Let the threads go; they come back if there is more to do."""
         if self._process == os.getpid():
-            for post in self._posts:
-                post.put(None)
-        self._posts = []
+            _dismiss(self._posts)
+        self._posts.clear()
 
     def _helpers(self, count: int) -> list[SimpleQueue]:
         """The posts of so many other threads, which are running."""
         if self._process != os.getpid():
-            self._posts, self._process = [], os.getpid()
+            self._posts.clear()
+            self._process = os.getpid()
+        if self._end is None:
+            self._end = weakref.finalize(self, _dismiss, self._posts)
+            self._end.atexit = False  # as daemons they end with the process
         while len(self._posts) < count:
             post: SimpleQueue = SimpleQueue()
             threading.Thread(target=_serve, args=(post,), name="dirt-push", daemon=True).start()
-            weakref.finalize(self, post.put, None)
             self._posts.append(post)
         return self._posts[:count]
 
     def __getstate__(self) -> dict[str, Any]:
         """What pickle and deepcopy take along: no threads."""
-        return {**self.__dict__, "_posts": []}
+        return {**self.__dict__, "_posts": [], "_end": None}
 
 
-def _wait_for(helpers: list[SimpleQueue]) -> None:
-    """Wait until these threads have done what was posted to them so far."""
+def _dismiss(posts: list[SimpleQueue]) -> None:
+    """Let the threads with these posts end, when they have done what was posted before."""
+    for post in posts:
+        post.put(None)
+
+
+def _wait_for(posts: list[SimpleQueue]) -> None:
+    """Wait until the threads with these posts have done what was posted so far; an interrupt is raised after that."""
     ends: SimpleQueue = SimpleQueue()
-    for post in helpers:
-        post.put(ends)
-    for _ in helpers:
-        ends.get()
+    try:
+        for post in posts:
+            post.put(ends)
+        for _ in posts:
+            ends.get()
+    except BaseException:
+        _wait_for(posts)
+        raise
 
 
 def _serve(post: SimpleQueue) -> None:

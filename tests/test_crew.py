@@ -2,8 +2,11 @@
 
 import copy
 import gc
+import subprocess
+import sys
 import threading
 import time
+import weakref
 
 import pytest
 
@@ -85,6 +88,57 @@ def test_what_a_call_raises_is_raised_when_all_have_returned_and_the_crew_works_
     crew.close()
 
 
+INTERRUPTED = """
+import signal, threading, time
+from dirt_env.crew import Crew
+
+crew, begun, gate, done = Crew(2), threading.Event(), threading.Event(), []
+
+def work(thread):
+    if thread == 1:
+        begun.set()
+        gate.wait(30)
+        done.append(thread)
+    else:
+        begun.wait(30)
+        if WHERE == "in the call":
+            time.sleep(30)
+    return False
+
+def interrupt():
+    begun.wait(30)
+    time.sleep(0.2)
+    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+    time.sleep(0.2)
+    gate.set()
+
+threading.Thread(target=interrupt).start()
+try:
+    crew.run(work, 2)
+except KeyboardInterrupt:
+    print("interrupted", done)
+crew.run(lambda thread: done.append(thread), 2)
+print(sorted(done))
+"""
+
+
+@pytest.mark.parametrize("where", ["in the call", "in the wait"])
+def test_an_interrupt_is_raised_when_nobody_works_any_more(where):
+    code = f"WHERE = {where!r}" + INTERRUPTED
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=100)
+    assert (out.stdout, out.stderr) == ("interrupted [1]\n[0, 1, 1]\n", "")
+
+
+def test_crews_that_are_closed_again_and_again_leave_nothing_behind():
+    crew = Crew(3)
+    for _ in range(5):
+        crew.run(lambda thread: None, 3)
+        crew.close()
+    ends = [end for end in list(weakref.finalize._registry) if (end.peek() or (None,))[0] is crew]
+    assert len(ends) == 1
+    assert comes_true(lambda: helpers() == 0)
+
+
 def test_copies_and_closed_crews_have_threads_again_when_they_need_them():
     crew, done = Crew(2), []
     crew.run(lambda thread: None, 2)
@@ -98,13 +152,13 @@ def test_copies_and_closed_crews_have_threads_again_when_they_need_them():
 
 
 def test_threads_end_with_their_crew():
-    before = helpers()
+    assert comes_true(lambda: helpers() == 0)  # those of other tests
     crew = Crew(3)
     crew.run(lambda thread: None, 3)
-    assert helpers() == before + 2
+    assert helpers() == 2
     del crew
     gc.collect()
-    assert comes_true(lambda: helpers() == before)
+    assert comes_true(lambda: helpers() == 0)
 
 
 def test_small_batches_have_one_thread(monkeypatch):

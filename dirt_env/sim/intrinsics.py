@@ -140,7 +140,7 @@ def _read_shared(context: Any, counts: Any, place: Any) -> Any:
 
 
 def read_shared(counts: np.ndarray, place: int) -> int:
-    """Read from counts i8[n], which another thread is about to change, and leave it the core for a moment."""
+    """Read from counts i8[n], which another thread is about to change; on x86, leave it the core for a moment."""
     return int(counts[place])
 
 

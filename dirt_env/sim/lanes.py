@@ -346,15 +346,20 @@ def doubles(context: Any, lanes: Any) -> Any:
     def generate(context, builder, signature, values):
         if lanes == _DOUBLES:
             return values[0]
-        return (builder.fpext if isinstance(lanes.dtype, types.Float) else builder.sitofp)(
-            values[0], _vector(types.float64)
-        )
+        if isinstance(lanes.dtype, types.Float):
+            convert = builder.fpext
+        else:
+            convert = builder.sitofp if lanes.dtype.signed else builder.uitofp
+        return convert(values[0], _vector(types.float64))
 
     return _DOUBLES(lanes), generate
 
 
 @_compiled(_whole)
 def whole(context: Any, lanes: Any) -> Any:
+    if not isinstance(lanes.dtype, types.Float):
+        return None
+
     def generate(context, builder, signature, values):
         return builder.fptosi(values[0], _vector(types.int32))
 
@@ -363,6 +368,9 @@ def whole(context: Any, lanes: Any) -> Any:
 
 @_compiled(_floors)
 def floors(context: Any, lanes: Any) -> Any:
+    if not isinstance(lanes.dtype, types.Float):
+        return None
+
     def generate(context, builder, signature, values):
         vector = values[0].type
         name = f"llvm.floor.v{LANES}f{lanes.dtype.bitwidth}"

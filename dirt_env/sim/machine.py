@@ -71,7 +71,7 @@ def ground_at(height, cell, x, y, ahead_x, ahead_y, limit):
 
 @kernel
 def grounds_between(height, columns, rows, ahead_x, ahead_y, limit):
-    """`ground_between` at LANES points."""
+    """`ground_between` at LANES points; what it takes from heights of single precision is computed in double."""
     tall, wide = height.shape
     ground = flat(height)
     columns, rows = clamp(columns, wide - 1.0), clamp(rows, tall - 1.0)

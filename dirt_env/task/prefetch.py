@@ -25,7 +25,7 @@ def prefetch_world(batch: Batch, w: int, size: int) -> None:
     x_patch, y_patch, sides = x + middle * ahead_x, y + middle * ahead_y, sides_of(half, ahead_x, ahead_y)
     farthest = half * (abs(ahead_x) + abs(ahead_y))
     first_row, end_row = cells(y_patch - farthest, y_patch + farthest, rows)
-    for r in range(first_row, end_row, 2):
+    for r in range(first_row, end_row, 2):  # two rows together; asking for what lies beyond the map does no harm
         left, right = chord(sides, r + 1.0 - y_patch)
         first, end = cells(x_patch + left, x_patch + right, cols)
         for p in range((r * cols + first) // LINE * LINE, r * cols + end, LINE):

@@ -53,7 +53,7 @@ FIGURES = (*INFO, *TERMS, "reward")
 SUCCESS, FIRST_TERM, REWARD = len(INFO) - 1, len(INFO), len(FIGURES) - 1
 ADVANCE, BOOK, SHOW = range(3)  # phases of a step
 MANY = 200  # worlds of a batch, of which what a step reads may no longer be in the caches
-PATIENCE = 4000  # looks whether other threads are done, 50 to 200 us; being woken by one takes as long
+LOOKS = 4000  # whether other threads are done, 50 to 200 us; being woken by one takes as long
 TOGETHER = 8  # worlds that go through each phase one after the other, while its code and their data are in the caches
 
 
@@ -119,7 +119,7 @@ def step_worlds(
             if parts > 1:
                 add_shared(turns, parts, end - begin)
     if parts > 1:
-        for _ in range(PATIENCE if thread == 0 else 0):
+        for _ in range(LOOKS if thread == 0 else 0):
             if read_shared(turns, parts) == last - first:
                 return True
     return parts == 1

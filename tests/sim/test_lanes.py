@@ -103,6 +103,11 @@ def cut(numbers, wholes, ramped):
 
 
 @entry
+def as_doubles(numbers, out):
+    store_all(out, 0, doubles(load_all(numbers, 0)))
+
+
+@entry
 def among_bools(a, count):
     return some(load(a, 0, count) < 1)
 
@@ -180,6 +185,13 @@ def test_numbers_are_cut_and_rounded_down(dtype):
     cut(numbers, wholes, ramped)
     np.testing.assert_array_equal(wholes, [np.trunc(numbers), np.floor(numbers)])
     np.testing.assert_array_equal(ramped, [np.floor(numbers), -2.5 - 0.25 * np.arange(LANES)])
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.int32, np.float32, np.float64])
+def test_numbers_of_every_type_become_doubles(dtype):
+    numbers, out = np.array([0, 1, 100, 127, -1, -128, 5, 200]).astype(dtype), np.zeros(LANES)
+    as_doubles(numbers, out)
+    np.testing.assert_array_equal(out, numbers)
 
 
 def test_truth_values_of_an_array_are_bytes():

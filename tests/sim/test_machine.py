@@ -8,6 +8,7 @@ import pytest
 from dirt_env.sim.machine import drive, facing_of, ground_at, is_free, segment_is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Machine
 from dirt_env.sim.state import POSE
+from dirt_env.sim.timestep import STRIDE
 from tests import naive
 
 BLADE, MACHINE = Blade(), Machine()
@@ -53,6 +54,25 @@ def test_the_plane_is_that_of_least_squares():
 
     expected = naive.track_plane(sample, 10.0, 9.0, 0.7, MACHINE)
     np.testing.assert_allclose(track_plane(ground, 0.5, 10.0, 9.0, facing_of(0.7), blade, MACHINE), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 8), (3, 2), (7, 40), (40, 40)])
+def test_the_plane_is_that_of_the_ground_at_its_points_on_any_map_and_behind_the_blade(shape, dtype):
+    rng = np.random.default_rng(5)
+    ground = rng.normal(0, 0.3, shape).astype(dtype)
+    for _ in range(50):
+        x, y, heading = rng.uniform((-1.0, -1.0, -pi), (0.5 * shape[1] + 1.0, 0.5 * shape[0] + 1.0, pi))
+        blade = BLADE._replace(reach=rng.uniform(-1.0, 2.0))  # cuts across the tracks
+        ahead_x, ahead_y = facing_of(heading)
+        limit = x * ahead_x + y * ahead_y + blade.reach - STRIDE * 0.5
+
+        def sample(at_x, at_y, facing=(ahead_x, ahead_y), limit=limit):
+            return ground_at(ground.astype(float), 0.5, at_x, at_y, *facing, limit)
+
+        expected = naive.track_plane(sample, x, y, heading, MACHINE)
+        found = track_plane(ground, 0.5, x, y, (ahead_x, ahead_y), blade, MACHINE)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.25 * pi, 1.9])
