@@ -93,6 +93,7 @@ import signal, threading, time
 from dirt_env.crew import Crew
 
 crew, begun, gate, done = Crew(2), threading.Event(), threading.Event(), []
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which jobs in the background have not
 
 def work(thread):
     if thread == 1:
