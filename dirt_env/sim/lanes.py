@@ -175,6 +175,12 @@ def _choose(truth: np.ndarray, yes: Any, no: Any) -> np.ndarray:
     return np.where(truth, yes, no)
 
 
+def _clamp(lanes: np.ndarray, low: Any, high: Any) -> np.ndarray:
+    """The numbers, no less than `low` and no more than `high`, which may be lanes or numbers; `low` for NaN."""
+    lanes = np.where(lanes > low, lanes, low)
+    return np.where(lanes < high, lanes, high)
+
+
 def _doubles(lanes: np.ndarray) -> np.ndarray:
     """The same numbers as f8."""
     return lanes.astype(np.float64)
@@ -339,6 +345,21 @@ def choose(context: Any, truth: Any, yes: Any, no: Any) -> Any:
         return builder.select(values[0], *pair)
 
     return wanted(truth, yes, no), generate
+
+
+@_compiled(_clamp)
+def clamp(context: Any, lanes: Any, low: Any, high: Any) -> Any:
+    if not isinstance(lanes, _Lanes) or _common(lanes, low, high) is None:
+        return None
+
+    def generate(context, builder, signature, values):
+        number = values[0]
+        for sign, value, kind in ((">", values[1], low), ("<", values[2], high)):
+            end = _as_lanes(context, builder, value, kind, lanes)
+            number = builder.select(_compare(sign, builder, lanes.dtype, number, end), number, end)
+        return number
+
+    return lanes(lanes, low, high), generate
 
 
 @_compiled(_doubles)

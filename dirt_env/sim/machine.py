@@ -6,7 +6,7 @@ import numpy as np
 
 from dirt_env.sim.intrinsics import flat
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.lanes import among, choose, doubles, gather, ramp, total, whole
+from dirt_env.sim.lanes import among, choose, clamp, doubles, gather, ramp, total, whole
 from dirt_env.sim.timestep import STRIDE
 
 STATIONS = 5  # samples of the ground along the tracks; three across
@@ -74,7 +74,7 @@ def grounds_between(height, columns, rows, ahead_x, ahead_y, limit):
     """`ground_between` at LANES points; what it takes from heights of single precision is computed in double."""
     tall, wide = height.shape
     ground = flat(height)
-    columns, rows = clamp(columns, wide - 1.0), clamp(rows, tall - 1.0)
+    columns, rows = clamp(columns, 0.0, wide - 1.0), clamp(rows, 0.0, tall - 1.0)
     left, low = whole(columns), whole(rows)
     at_left, at_low = doubles(left), doubles(low)
     fx, fy = columns - at_left, rows - at_low
@@ -97,13 +97,6 @@ def grounds_between(height, columns, rows, ahead_x, ahead_y, limit):
     sums, weights = sums + weight * high_right, weights + weight
     mean = sums / choose(weights > 1e-9, weights, 1.0)
     return choose(is_whole, between, choose(weights > 1e-9, mean, low_left))
-
-
-@kernel
-def clamp(lanes, most):
-    """The numbers, no less than 0 and no more than `most`."""
-    lanes = choose(lanes < 0.0, 0.0, lanes)
-    return choose(lanes > most, most, lanes)
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from dirt_env.sim.intrinsics import flat
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.lanes import LANES, choose, floors, gather, has, ramp, spread, store, store_all
+from dirt_env.sim.lanes import LANES, choose, clamp, floors, gather, has, ramp, spread, store, store_all
 from dirt_env.task.kinds import DESIGN, HIGH, SOLID
 
 HEIGHT, TODO, WALLS = range(3)
@@ -47,18 +47,18 @@ def fill_patch(height, job, pose, facing, cell, view, patch):
             n, p = ramp(real(j), real(1.0)), i * size + j
             column, row = n * along_x + row_x, row_y - n * along_y
             inside = (column >= west_end) & (column < east_end) & (row >= south_end) & (row < north_end)
-            column = between(column, west_end, east_end - real(1.0))
-            row = between(row, south_end, north_end - real(1.0))
+            column = clamp(column, west_end, east_end - real(1.0))
+            row = clamp(row, south_end, north_end - real(1.0))
             places = floors(row) * cols + floors(column) + own
             here = gather(ground, places)
             if height_at >= 0:
-                shown = choose(inside, between(here - level, -limit, limit), beyond)
+                shown = choose(inside, clamp(here - level, -limit, limit), beyond)
                 put(pixels, height_at * size * size + p, shown, size - j)
             if todo_at >= 0:
                 over, least = here - gather(aims, places), nothing
                 if has_design:
                     least = choose(has(gather(kinds, places), DESIGN), spread(-most), nothing)
-                over = choose(over > HIGH, -goal_depth, between(over, least, most))
+                over = choose(over > HIGH, -goal_depth, clamp(over, least, most))
                 put(pixels, todo_at * size * size + p, choose(inside, over, nothing), size - j)
             if walls_at >= 0:
                 shown = choose(has(gather(kinds, places), SOLID), spread(real(1.0)), nothing)
@@ -82,10 +82,3 @@ def put(pixels, place, lanes, count):
         store_all(pixels, place, lanes)
     else:
         store(pixels, place, lanes, count)
-
-
-@kernel
-def between(lanes, low, high):
-    """The numbers, no less than `low` and no more than `high`."""
-    lanes = choose(lanes > low, lanes, low)
-    return choose(lanes < high, lanes, high)

@@ -11,6 +11,7 @@ from dirt_env.sim.lanes import (
     LANES,
     among,
     choose,
+    clamp,
     doubles,
     first_of,
     floors,
@@ -103,6 +104,13 @@ def cut(numbers, wholes, ramped):
 
 
 @entry
+def cut_off(numbers, low, high, out):
+    x = load_all(numbers, 0)
+    store_all(out[0], 0, clamp(x, low, high))
+    store_all(out[1], 0, clamp(x, load_all(numbers, 8), high))
+
+
+@entry
 def as_doubles(numbers, out):
     store_all(out, 0, doubles(load_all(numbers, 0)))
 
@@ -187,6 +195,14 @@ def test_numbers_are_cut_and_rounded_down(dtype):
     np.testing.assert_array_equal(ramped, [np.floor(numbers), -2.5 - 0.25 * np.arange(LANES)])
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_numbers_are_kept_between_others(dtype):
+    numbers = np.array([-2.0, -0.5, 0.0, 0.5, 1.0, 2.0, np.nan, np.inf, 0, 1, -1, 0, 1, 0, 0.25, 0], dtype)
+    out = np.zeros((2, LANES), dtype)
+    cut_off(numbers, dtype(-0.5), dtype(1.0), out)
+    assert out.tolist() == [[-0.5, -0.5, 0, 0.5, 1, 1, -0.5, 1], [0, 1, 0, 0.5, 1, 1, 0.25, 1]]
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.int32, np.float32, np.float64])
 def test_numbers_of_every_type_become_doubles(dtype):
     numbers, out = np.array([0, 1, 100, 127, -1, -128, 5, 200]).astype(dtype), np.zeros(LANES)
@@ -215,6 +231,7 @@ def test_the_plain_twins_do_the_same():
     assert lanes._doubles(a.astype(np.float32)).dtype == np.float64
     assert lanes._has(np.arange(8), 4).tolist() == [False] * 4 + [True] * 4
     half = np.array([-1.5, 2.5, 0.0, 1.0, -0.5, 3.0, 4.0, 7.0], np.float32)
+    assert lanes._clamp(half, 0.0, 3.5).tolist() == [0, 2.5, 0, 1, 0, 3, 3.5, 3.5]
     assert lanes._whole(half).tolist() == [-1, 2, 0, 1, 0, 3, 4, 7]
     assert lanes._floors(half).tolist() == [-2, 2, 0, 1, -1, 3, 4, 7]
     assert lanes._gather(a, np.array([3, 3, 0, 1, 2, 7, 6, 5], np.int32)).tolist() == [7, 7, 1, 3, 5, 15, 13, 11]
