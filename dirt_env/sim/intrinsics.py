@@ -2,22 +2,38 @@
 
 import platform
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import cgutils, config, types
 from numba.core.imputils import impl_ret_borrowed
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 _COUNTING = threading.Lock()
 
 
-@intrinsic
-def _uncounted(context: Any, arrays: Any) -> tuple:
-    """The same arrays without an owner."""
+def compiled(plain: Callable) -> Callable[[Callable], Callable]:
+    """A function for kernels that does what `plain` does; with NUMBA_DISABLE_JIT=1 it is that.
 
+    It goes into what calls it as it is, where numba's `overload` would compile a function for each type of arguments.
+    """
+    return lambda build: plain if config.DISABLE_JIT else intrinsic(build)
+
+
+def _uncounted(arrays: Any) -> Any:
+    """An array or a (named) tuple with arrays in it, to which an entry counts no references, nor to views of them.
+
+    Counting takes 20 cycles each time, several times in a sweep. Whoever calls the entry holds the arrays meanwhile,
+    and it must not return one of them.
+    """
+    return arrays
+
+
+@compiled(_uncounted)
+def uncounted(context: Any, arrays: Any) -> tuple:
     def strip(context, builder, kind, value):
         if isinstance(kind, types.Array):
             struct = context.make_array(kind)(context, builder, value)
@@ -36,23 +52,16 @@ def _uncounted(context: Any, arrays: Any) -> tuple:
     return arrays(arrays), generate
 
 
-def uncounted(arrays: Any) -> Any:
-    """An array or a (named) tuple with arrays in it, to which an entry counts no references, nor to views of them.
+def _flat(array: np.ndarray) -> np.ndarray:
+    """The numbers of an array in C order as one line of them, in place; in kernels others are refused, not copied.
 
-    Counting takes 20 cycles each time, several times in a sweep. Whoever calls the entry holds the arrays meanwhile,
-    and it must not return one of them.
+    `ravel` does that by a call into numba's library, which takes 10 ns and the registers with it.
     """
-    return arrays
+    return array.reshape(-1)
 
 
-@overload(uncounted)
-def _compile_uncounted(arrays):
-    return lambda arrays: _uncounted(arrays)
-
-
-@intrinsic
-def _flat(context: Any, array: Any) -> Any:
-    """The same numbers as an array with one index."""
+@compiled(_flat)
+def flat(context: Any, array: Any) -> Any:
     array = array.type if isinstance(array, types.Optional) else array  # may be None, but is not where it is used
     if not isinstance(array, types.Array) or array.layout != "C":
         return None
@@ -68,21 +77,12 @@ def _flat(context: Any, array: Any) -> Any:
     return kind(array), generate
 
 
-def flat(array: np.ndarray) -> np.ndarray:
-    """The numbers of an array in C order as one line of them, in place; in kernels others are refused, not copied.
-
-    `ravel` does that by a call into numba's library, which takes 10 ns and the registers with it.
-    """
-    return array.reshape(-1)
+def _prefetch(array: Any, place: int) -> None:
+    """Ask for the element at `place` of a flat array, so that it is in the caches when it is needed a little later."""
 
 
-@overload(flat)
-def _compile_flat(array):
-    return lambda array: _flat(array)
-
-
-@intrinsic
-def _prefetch(context: Any, array: Any, place: Any) -> tuple:
+@compiled(_prefetch)
+def prefetch(context: Any, array: Any, place: Any) -> tuple:
     """Ask for the cache line of an element of a contiguous array."""
 
     def generate(context, builder, signature, values):
@@ -97,17 +97,15 @@ def _prefetch(context: Any, array: Any, place: Any) -> tuple:
     return types.none(array, types.intp), generate
 
 
-def prefetch(array: Any, place: int) -> None:
-    """Ask for the element at `place` of a flat array, so that it is in the caches when it is needed a little later."""
+def _add_shared(counts: np.ndarray, place: int, amount: int) -> int:
+    """Add to counts i8[n], which threads share, in one piece; returns what was there before."""
+    with _COUNTING:
+        counts[place] += amount
+        return int(counts[place]) - amount
 
 
-@overload(prefetch)
-def _compile_prefetch(array, place):
-    return lambda array, place: _prefetch(array, place)
-
-
-@intrinsic
-def _add_shared(context: Any, counts: Any, place: Any, amount: Any) -> Any:
+@compiled(_add_shared)
+def add_shared(context: Any, counts: Any, place: Any, amount: Any) -> Any:
     def generate(context, builder, signature, values):
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
         return builder.atomic_rmw("add", builder.gep(data, [values[1]]), values[2], "acq_rel")
@@ -115,20 +113,13 @@ def _add_shared(context: Any, counts: Any, place: Any, amount: Any) -> Any:
     return types.intp(counts, types.intp, types.intp), generate
 
 
-def add_shared(counts: np.ndarray, place: int, amount: int) -> int:
-    """Add to counts i8[n], which threads share, in one piece; returns what was there before."""
-    with _COUNTING:
-        counts[place] += amount
-        return int(counts[place]) - amount
+def _read_shared(counts: np.ndarray, place: int) -> int:
+    """Read from counts i8[n], which another thread is about to change; on x86, leave it the core for a moment."""
+    return int(counts[place])
 
 
-@overload(add_shared)
-def _compile_add_shared(counts, place, amount):
-    return lambda counts, place, amount: _add_shared(counts, place, amount)
-
-
-@intrinsic
-def _read_shared(context: Any, counts: Any, place: Any) -> Any:
+@compiled(_read_shared)
+def read_shared(context: Any, counts: Any, place: Any) -> Any:
     def generate(context, builder, signature, values):
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
         if platform.machine().lower() in ("x86_64", "amd64", "i386", "i686"):
@@ -137,13 +128,3 @@ def _read_shared(context: Any, counts: Any, place: Any) -> Any:
         return builder.load_atomic(builder.gep(data, [values[1]]), "acquire", 8)
 
     return types.intp(counts, types.intp), generate
-
-
-def read_shared(counts: np.ndarray, place: int) -> int:
-    """Read from counts i8[n], which another thread is about to change; on x86, leave it the core for a moment."""
-    return int(counts[place])
-
-
-@overload(read_shared)
-def _compile_read_shared(counts, place):
-    return lambda counts, place: _read_shared(counts, place)

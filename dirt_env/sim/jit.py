@@ -27,6 +27,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numba
+from numba.core import types
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
@@ -57,11 +58,20 @@ def kernel(function: Callable) -> Callable:
     """
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "forceinline": True}
     compiled = numba.njit(**options)(function)
-    if is_jitted(compiled):  # other kernels get a part, Python a whole function
+    if is_jitted(compiled):  # other kernels get a part, for any constants; Python a whole function
         options |= {"pipeline_class": _PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         part = numba.njit(**options)(function)
-        compiled.get_call_template, compiled.get_overload = part.get_call_template, part.get_overload
+        compiled.get_call_template, compiled.get_overload = _for_any_value(part.get_call_template), part.get_overload
     return compiled
+
+
+def _for_any_value(get_call_template: Callable) -> Callable:
+    """Let what is called with a constant be compiled for its type: for numba, each constant is a type of its own."""
+
+    def template(args: tuple, kws: dict) -> tuple:
+        return get_call_template(tuple(map(types.unliteral, args)), {k: types.unliteral(v) for k, v in kws.items()})
+
+    return template
 
 
 def entry(function: Callable) -> Callable:

@@ -1,4 +1,4 @@
-"""Eight numbers at a time: vectors that the compiler keeps in registers, for short loops over parts of a map.
+"""Eight or sixteen numbers at a time: vectors that the compiler keeps in registers, for loops over parts of a map.
 
 Compilers make vectors of long loops by themselves. Around a blade a row has six cells, and what such a loop needs
 before and after its vectors then takes longer than they do; nor do they make them of sums, whose order that would
@@ -6,30 +6,37 @@ change. Here the order is written down: `total` adds in pairs, on every machine 
 
 In kernels, lanes of one type are added, subtracted, multiplied, divided and compared with each other and with numbers;
 comparisons give lanes of truth values, for `&`, `|`, `choose` and `some`. Arrays are flat, and heights in them are
-`float32` or `float64`. With NUMBA_DISABLE_JIT=1 lanes are numpy's arrays.
+`float32` or `float64`. What makes lanes makes LANES of them, but for `wide_ramp`; what takes lanes takes either number
+of them. With NUMBA_DISABLE_JIT=1 lanes are numpy's arrays.
 """
 
 import operator
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, config, types
+from numba.core import cgutils, types
 from numba.core.typing.templates import AbstractTemplate, infer_global
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import lower_builtin, models, register_model
 
-LANES = 8
+from dirt_env.sim.intrinsics import compiled
+
+LANES, WIDE = 8, 16
 _I1, _I32, _I64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 
 
 class _Lanes(types.Type):
-    """LANES numbers, or truth values, of one type."""
+    """So many numbers, or truth values, of one type."""
 
-    def __init__(self, dtype: types.Type) -> None:
-        self.dtype = dtype
-        super().__init__(f"lanes({dtype})")
+    def __init__(self, dtype: types.Type, count: int = LANES) -> None:
+        self.dtype, self.count = dtype, count
+        super().__init__(f"lanes({dtype} x {count})")
+
+    def of(self, dtype: types.Type) -> "_Lanes":
+        """As many of another type."""
+        return _Lanes(dtype, self.count)
 
 
 _TRUTHS, _DOUBLES = _Lanes(types.boolean), _Lanes(types.float64)
@@ -40,32 +47,34 @@ class _Model(models.PrimitiveModel):
     """A vector of LLVM."""
 
     def __init__(self, manager: Any, kind: _Lanes) -> None:
-        super().__init__(manager, kind, _vector(kind.dtype))
+        super().__init__(manager, kind, _vector(kind.dtype, kind.count))
 
 
-def _vector(dtype: types.Type) -> ir.VectorType:
+def _vector(dtype: types.Type, count: int = LANES) -> ir.VectorType:
     if isinstance(dtype, types.Float):
-        return ir.VectorType(ir.FloatType() if dtype.bitwidth == 32 else ir.DoubleType(), LANES)
-    return ir.VectorType(_I1 if dtype == types.boolean else ir.IntType(dtype.bitwidth), LANES)
+        return ir.VectorType(ir.FloatType() if dtype.bitwidth == 32 else ir.DoubleType(), count)
+    return ir.VectorType(_I1 if dtype == types.boolean else ir.IntType(dtype.bitwidth), count)
 
 
 def _indices(places: Any) -> ir.Constant:
     return ir.Constant(ir.VectorType(_I32, len(places)), list(places))
 
 
-def _same(builder: Any, number: Any) -> Any:
+def _same(builder: Any, number: Any, count: int = LANES) -> Any:
     """The number in all lanes."""
-    one = builder.insert_element(ir.Constant(ir.VectorType(number.type, LANES), ir.Undefined), number, _I32(0))
-    return builder.shuffle_vector(one, one, _indices([0] * LANES))
+    one = builder.insert_element(ir.Constant(ir.VectorType(number.type, count), ir.Undefined), number, _I32(0))
+    return builder.shuffle_vector(one, one, _indices([0] * count))
 
 
-def _first_lanes(builder: Any, count: Any) -> Any:
-    ramp = ir.Constant(ir.VectorType(count.type, LANES), list(range(LANES)))
-    return builder.icmp_signed("<", ramp, _same(builder, count))
+def _first_lanes(builder: Any, count: Any, of: int = LANES) -> Any:
+    ramp = ir.Constant(ir.VectorType(count.type, of), list(range(of)))
+    return builder.icmp_signed("<", ramp, _same(builder, count, of))
 
 
 def _as_lanes(context: Any, builder: Any, value: Any, kind: types.Type, wanted: _Lanes) -> Any:
-    return value if isinstance(kind, _Lanes) else _same(builder, context.cast(builder, value, kind, wanted.dtype))
+    if isinstance(kind, _Lanes):
+        return value
+    return _same(builder, context.cast(builder, value, kind, wanted.dtype), wanted.count)
 
 
 def _common(*kinds: types.Type) -> _Lanes | None:
@@ -82,9 +91,11 @@ def _operator(name: str, is_comparison: bool, build: Callable) -> None:
     """Let kernels apply an operator to lanes and lanes, or to lanes and a number; `build(builder, dtype, a, b)`."""
 
     class Template(AbstractTemplate):
+        metadata: ClassVar = {"target": "cpu"}  # looked at before those for any target, of which there are dozens
+
         def generic(self, args: tuple, _: dict) -> Any:
             wanted = _common(*args) if len(args) == 2 else None
-            return None if wanted is None else (_TRUTHS if is_comparison else wanted)(*args)
+            return None if wanted is None else (wanted.of(types.boolean) if is_comparison else wanted)(*args)
 
     def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         wanted = _common(*signature.args)
@@ -122,11 +133,6 @@ for _name, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("ne"
 # Functions: first what each does, in plain Python, then how it is compiled.
 
 
-def _compiled(plain: Callable) -> Callable[[Callable], Callable]:
-    """A function for kernels that does what `plain` does; with NUMBA_DISABLE_JIT=1 it is that."""
-    return lambda build: plain if config.DISABLE_JIT else intrinsic(build)
-
-
 def _load(array: np.ndarray, place: int, count: int) -> np.ndarray:
     """LANES numbers from `place` on, or only the first `count`, and 0 in the other lanes, which are not looked at."""
     found, n = np.zeros(LANES, np.uint8 if array.dtype == bool else array.dtype), min(max(count, 0), LANES)
@@ -141,13 +147,13 @@ def _load_all(array: np.ndarray, place: int) -> np.ndarray:
 
 def _store(array: np.ndarray, place: int, lanes: np.ndarray, count: int) -> None:
     """Write the lanes, or only the first `count`, from `place` on; slower than `store_all`."""
-    n = min(max(count, 0), LANES)
+    n = min(max(count, 0), len(lanes))
     array[place : place + n] = lanes[:n]
 
 
 def _store_all(array: np.ndarray, place: int, lanes: np.ndarray) -> None:
     """Write all lanes from `place` on; there has to be room for them."""
-    array[place : place + LANES] = lanes
+    array[place : place + len(lanes)] = lanes
 
 
 def _spread(number: Any) -> np.ndarray:
@@ -158,6 +164,11 @@ def _spread(number: Any) -> np.ndarray:
 def _ramp(start: Any, step: Any) -> np.ndarray:
     """start, start + step, start + 2 step ..., of two f4 or f8."""
     return start + np.arange(LANES, dtype=type(start)) * step
+
+
+def _wide_ramp(start: Any, step: Any) -> np.ndarray:
+    """`ramp` of WIDE numbers: as many of single precision as the widest registers hold."""
+    return start + np.arange(WIDE, dtype=type(start)) * step
 
 
 def _none() -> np.ndarray:
@@ -171,7 +182,7 @@ def _among(count: int) -> np.ndarray:
 
 
 def _choose(truth: np.ndarray, yes: Any, no: Any) -> np.ndarray:
-    """`yes` where it is true, else `no`; one of them may be a number."""
+    """`yes` where it is true, else `no`; they may be numbers, two of one type."""
     return np.where(truth, yes, no)
 
 
@@ -218,7 +229,7 @@ def _first_of(truth: np.ndarray) -> int:
 
 def _last_of(truth: np.ndarray) -> int:
     """The last lane in which it is true; there has to be one."""
-    return LANES - 1 - int(truth[::-1].argmax())
+    return len(truth) - 1 - int(truth[::-1].argmax())
 
 
 def _total(lanes: np.ndarray) -> Any:
@@ -237,27 +248,30 @@ def _stored(array: types.Array) -> types.Type:
     return types.uint8 if array.dtype == types.boolean else array.dtype
 
 
-def _address(context: Any, builder: Any, array: types.Array, value: Any, place: Any) -> Any:
+def _address(context: Any, builder: Any, array: types.Array, value: Any, place: Any, vector: ir.VectorType) -> Any:
     data = context.make_array(array)(context, builder, value).data
-    return builder.bitcast(builder.gep(data, [place]), _vector(_stored(array)).as_pointer())
+    return builder.bitcast(builder.gep(data, [place]), vector.as_pointer())
 
 
 def _masked(builder: Any, what: str, vector: ir.VectorType, code: ir.FunctionType) -> Any:
     """LLVM's function that loads or stores some lanes, and leaves the places of the others alone."""
-    element = {"float": "f32", "double": "f64"}.get(str(vector.element), str(vector.element))
-    name = f"llvm.masked.{what}.v{LANES}{element}.p0"
-    return cgutils.get_or_insert_function(builder.module, code, name)
+    return cgutils.get_or_insert_function(builder.module, code, f"llvm.masked.{what}.{_name(vector)}.p0")
 
 
-@_compiled(_load)
+def _name(vector: ir.VectorType) -> str:
+    """What LLVM calls the type in the names of functions."""
+    return f"v{vector.count}" + {"float": "f32", "double": "f64"}.get(str(vector.element), str(vector.element))
+
+
+@compiled(_load)
 def load(context: Any, array: Any, place: Any, count: Any) -> Any:
     if not _is_flat(array):
         return None
     dtype = _stored(array)
 
     def generate(context, builder, signature, values):
-        address, mask = _address(context, builder, array, *values[:2]), _first_lanes(builder, values[2])
-        vector = _vector(dtype)
+        vector, mask = _vector(dtype), _first_lanes(builder, values[2])
+        address = _address(context, builder, array, *values[:2], vector)
         function = _masked(
             builder, "load", vector, ir.FunctionType(vector, [vector.as_pointer(), _I32, mask.type, vector])
         )
@@ -266,26 +280,26 @@ def load(context: Any, array: Any, place: Any, count: Any) -> Any:
     return _Lanes(dtype)(array, types.intp, types.intp), generate
 
 
-@_compiled(_load_all)
+@compiled(_load_all)
 def load_all(context: Any, array: Any, place: Any) -> Any:
     if not _is_flat(array):
         return None
     dtype = _stored(array)
 
     def generate(context, builder, signature, values):
-        return builder.load(_address(context, builder, array, *values), align=dtype.bitwidth // 8)
+        return builder.load(_address(context, builder, array, *values, _vector(dtype)), align=dtype.bitwidth // 8)
 
     return _Lanes(dtype)(array, types.intp), generate
 
 
-@_compiled(_store)
+@compiled(_store)
 def store(context: Any, array: Any, place: Any, lanes: Any, count: Any) -> Any:
-    if not _is_flat(array) or lanes != _Lanes(array.dtype):
+    if not _is_flat(array) or not isinstance(lanes, _Lanes) or lanes.dtype != array.dtype:
         return None
 
     def generate(context, builder, signature, values):
-        address, mask = _address(context, builder, array, *values[:2]), _first_lanes(builder, values[3])
-        vector = values[2].type
+        vector, mask = values[2].type, _first_lanes(builder, values[3], lanes.count)
+        address = _address(context, builder, array, *values[:2], vector)
         code = ir.FunctionType(ir.VoidType(), [vector, vector.as_pointer(), _I32, mask.type])
         arguments = [values[2], address, _I32(array.dtype.bitwidth // 8), mask]
         builder.call(_masked(builder, "store", vector, code), arguments)
@@ -294,49 +308,62 @@ def store(context: Any, array: Any, place: Any, lanes: Any, count: Any) -> Any:
     return types.none(array, types.intp, lanes, types.intp), generate
 
 
-@_compiled(_store_all)
+@compiled(_store_all)
 def store_all(context: Any, array: Any, place: Any, lanes: Any) -> Any:
-    if not _is_flat(array) or lanes != _Lanes(array.dtype):
+    if not _is_flat(array) or not isinstance(lanes, _Lanes) or lanes.dtype != array.dtype:
         return None
 
     def generate(context, builder, signature, values):
-        builder.store(values[2], _address(context, builder, array, *values[:2]), align=array.dtype.bitwidth // 8)
+        address = _address(context, builder, array, *values[:2], values[2].type)
+        builder.store(values[2], address, align=array.dtype.bitwidth // 8)
         return context.get_dummy_value()
 
     return types.none(array, types.intp, lanes), generate
 
 
-@_compiled(_spread)
+@compiled(_spread)
 def spread(context: Any, number: Any) -> Any:
     return _Lanes(number)(number), lambda context, builder, signature, values: _same(builder, values[0])
 
 
-@_compiled(_ramp)
-def ramp(context: Any, start: Any, step: Any) -> Any:
+def _count_up(start: Any, step: Any, count: int) -> Any:
     if start != step or not isinstance(start, types.Float):
         return None
 
     def generate(context, builder, signature, values):
-        counts = ir.Constant(_vector(start), [float(k) for k in range(LANES)])
-        return builder.fadd(_same(builder, values[0]), builder.fmul(counts, _same(builder, values[1])))
+        counts = ir.Constant(_vector(start, count), [float(k) for k in range(count)])
+        first, further = [_same(builder, value, count) for value in values]
+        return builder.fadd(first, builder.fmul(counts, further))
 
-    return _Lanes(start)(start, step), generate
+    return _Lanes(start, count)(start, step), generate
 
 
-@_compiled(_none)
+@compiled(_ramp)
+def ramp(context: Any, start: Any, step: Any) -> Any:
+    return _count_up(start, step, LANES)
+
+
+@compiled(_wide_ramp)
+def wide_ramp(context: Any, start: Any, step: Any) -> Any:
+    return _count_up(start, step, WIDE)
+
+
+@compiled(_none)
 def none(context: Any) -> Any:
     return _TRUTHS(), lambda context, builder, signature, values: ir.Constant(_vector(types.boolean), None)
 
 
-@_compiled(_among)
+@compiled(_among)
 def among(context: Any, count: Any) -> Any:
     return _TRUTHS(types.intp), lambda context, builder, signature, values: _first_lanes(builder, values[0])
 
 
-@_compiled(_choose)
+@compiled(_choose)
 def choose(context: Any, truth: Any, yes: Any, no: Any) -> Any:
-    wanted = _common(yes, no)
-    if truth != _TRUTHS or wanted is None:
+    if not isinstance(truth, _Lanes) or truth.dtype != types.boolean:
+        return None
+    wanted = truth.of(yes) if yes == no and isinstance(yes, types.Number) else _common(yes, no)
+    if wanted is None or wanted.count != truth.count:
         return None
 
     def generate(context, builder, signature, values):
@@ -347,7 +374,7 @@ def choose(context: Any, truth: Any, yes: Any, no: Any) -> Any:
     return wanted(truth, yes, no), generate
 
 
-@_compiled(_clamp)
+@compiled(_clamp)
 def clamp(context: Any, lanes: Any, low: Any, high: Any) -> Any:
     if not isinstance(lanes, _Lanes) or _common(lanes, low, high) is None:
         return None
@@ -362,81 +389,79 @@ def clamp(context: Any, lanes: Any, low: Any, high: Any) -> Any:
     return lanes(lanes, low, high), generate
 
 
-@_compiled(_doubles)
+@compiled(_doubles)
 def doubles(context: Any, lanes: Any) -> Any:
     def generate(context, builder, signature, values):
-        if lanes == _DOUBLES:
+        if lanes.dtype == types.float64:
             return values[0]
         if isinstance(lanes.dtype, types.Float):
             convert = builder.fpext
         else:
             convert = builder.sitofp if lanes.dtype.signed else builder.uitofp
-        return convert(values[0], _vector(types.float64))
+        return convert(values[0], _vector(types.float64, lanes.count))
 
-    return _DOUBLES(lanes), generate
+    return lanes.of(types.float64)(lanes), generate
 
 
-@_compiled(_whole)
+@compiled(_whole)
 def whole(context: Any, lanes: Any) -> Any:
     if not isinstance(lanes.dtype, types.Float):
         return None
 
     def generate(context, builder, signature, values):
-        return builder.fptosi(values[0], _vector(types.int32))
+        return builder.fptosi(values[0], _vector(types.int32, lanes.count))
 
-    return _Lanes(types.int32)(lanes), generate
+    return lanes.of(types.int32)(lanes), generate
 
 
-@_compiled(_floors)
+@compiled(_floors)
 def floors(context: Any, lanes: Any) -> Any:
     if not isinstance(lanes.dtype, types.Float):
         return None
 
     def generate(context, builder, signature, values):
         vector = values[0].type
-        name = f"llvm.floor.v{LANES}f{lanes.dtype.bitwidth}"
-        function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector, [vector]), name)
-        return builder.fptosi(builder.call(function, values), _vector(types.int32))
+        code = ir.FunctionType(vector, [vector])
+        function = cgutils.get_or_insert_function(builder.module, code, f"llvm.floor.{_name(vector)}")
+        return builder.fptosi(builder.call(function, values), _vector(types.int32, lanes.count))
 
-    return _Lanes(types.int32)(lanes), generate
+    return lanes.of(types.int32)(lanes), generate
 
 
-@_compiled(_gather)
+@compiled(_gather)
 def gather(context: Any, array: Any, places: Any) -> Any:
-    if not _is_flat(array) or places != _Lanes(types.int32):
+    if not _is_flat(array) or not isinstance(places, _Lanes) or places.dtype != types.int32:
         return None
-    dtype = _stored(array)
+    dtype, count = _stored(array), places.count
 
     def generate(context, builder, signature, values):
-        data, vector = context.make_array(array)(context, builder, values[0]).data, _vector(dtype)
+        data, vector = context.make_array(array)(context, builder, values[0]).data, _vector(dtype, count)
         addresses = builder.gep(data, [_I32(0)])
         addresses.indices = [values[1]]
-        addresses.type = ir.VectorType(ir.PointerType(), LANES)
-        mask = ir.Constant(_vector(types.boolean), [1] * LANES)
+        addresses.type = ir.VectorType(ir.PointerType(), count)
+        mask = ir.Constant(_vector(types.boolean, count), [1] * count)
         code = ir.FunctionType(vector, [addresses.type, _I32, mask.type, vector])
-        element = {"float": "f32", "double": "f64"}.get(str(vector.element), str(vector.element))
-        function = cgutils.get_or_insert_function(
-            builder.module, code, f"llvm.masked.gather.v{LANES}{element}.v{LANES}p0"
-        )
+        name = f"llvm.masked.gather.{_name(vector)}.v{count}p0"
+        function = cgutils.get_or_insert_function(builder.module, code, name)
         return builder.call(function, [addresses, _I32(dtype.bitwidth // 8), mask, ir.Constant(vector, ir.Undefined)])
 
-    return _Lanes(dtype)(array, places), generate
+    return places.of(dtype)(array, places), generate
 
 
-@_compiled(_has)
+@compiled(_has)
 def has(context: Any, lanes: Any, bits: Any) -> Any:
     def generate(context, builder, signature, values):
-        wanted = _same(builder, context.cast(builder, values[1], bits, lanes.dtype))
+        wanted = _same(builder, context.cast(builder, values[1], bits, lanes.dtype), lanes.count)
         return builder.icmp_unsigned("!=", builder.and_(values[0], wanted), ir.Constant(wanted.type, None))
 
-    return _TRUTHS(lanes, bits), generate
+    return lanes.of(types.boolean)(lanes, bits), generate
 
 
 def _as_bits(builder: Any, truth: Any) -> Any:
-    return builder.zext(builder.bitcast(truth, ir.IntType(LANES)), _I64)
+    return builder.zext(builder.bitcast(truth, ir.IntType(truth.type.count)), _I64)
 
 
-@_compiled(_some)
+@compiled(_some)
 def some(context: Any, truth: Any) -> Any:
     def generate(context, builder, signature, values):
         return builder.icmp_unsigned("!=", _as_bits(builder, values[0]), _I64(0))
@@ -444,7 +469,7 @@ def some(context: Any, truth: Any) -> Any:
     return types.boolean(truth), generate
 
 
-@_compiled(_first_of)
+@compiled(_first_of)
 def first_of(context: Any, truth: Any) -> Any:
     def generate(context, builder, signature, values):
         return builder.cttz(_as_bits(builder, values[0]), _I1(0))
@@ -452,7 +477,7 @@ def first_of(context: Any, truth: Any) -> Any:
     return types.int64(truth), generate
 
 
-@_compiled(_last_of)
+@compiled(_last_of)
 def last_of(context: Any, truth: Any) -> Any:
     def generate(context, builder, signature, values):
         return builder.sub(_I64(63), builder.ctlz(_as_bits(builder, values[0]), _I1(0)))
@@ -460,10 +485,10 @@ def last_of(context: Any, truth: Any) -> Any:
     return types.int64(truth), generate
 
 
-@_compiled(_total)
+@compiled(_total)
 def total(context: Any, lanes: Any) -> Any:
     def generate(context, builder, signature, values):
-        number, size = values[0], LANES
+        number, size = values[0], lanes.count
         while size > 1:
             size //= 2
             halves = [builder.shuffle_vector(number, number, _indices(range(k, k + size))) for k in (0, size)]

@@ -1,4 +1,4 @@
-"""The patch of ground around the machine: to each pixel of a turned square its cell, eight pixels at a time.
+"""The patch of ground around the machine: to each pixel of a turned square its cell, sixteen pixels at a time.
 
 A pixel outside the site is treated as the nearest cell's and then painted over.
 """
@@ -9,7 +9,7 @@ import numpy as np
 
 from dirt_env.sim.intrinsics import flat
 from dirt_env.sim.jit import kernel
-from dirt_env.sim.lanes import LANES, choose, clamp, floors, gather, has, ramp, spread, store, store_all
+from dirt_env.sim.lanes import WIDE, choose, clamp, floors, gather, has, store, store_all, wide_ramp
 from dirt_env.task.kinds import DESIGN, HIGH, SOLID
 
 HEIGHT, TODO, WALLS = range(3)
@@ -35,7 +35,7 @@ def fill_patch(height, job, pose, facing, cell, view, patch):
     west_end, east_end, south_end, north_end = (
         real(-own_column), real(cols - own_column), real(-own_row), real(rows - own_row),
     )  # fmt: skip
-    along_x, along_y, nothing = real(north), real(east), spread(real(0.0))
+    along_x, along_y, nothing = real(north), real(east), real(0.0)
     level, limit, beyond = real(pose.z), real(view.limit), real(view.beyond)
     most, goal_depth, has_design = real(job.limit), real(job.goal_depth), job.design_cells > 0.0
     ground, aims, kinds, pixels = flat(height), flat(job.aim), flat(job.kind), flat(patch)
@@ -43,8 +43,8 @@ def fill_patch(height, job, pose, facing, cell, view, patch):
     for i in range(size):
         row_x = real(x + (ahead - i) * east - left * north)
         row_y = real(y + (ahead - i) * north + left * east)
-        for j in range(0, size, LANES):
-            n, p = ramp(real(j), real(1.0)), i * size + j
+        for j in range(0, size, WIDE):
+            n, p = wide_ramp(real(j), real(1.0)), i * size + j
             column, row = n * along_x + row_x, row_y - n * along_y
             inside = (column >= west_end) & (column < east_end) & (row >= south_end) & (row < north_end)
             column = clamp(column, west_end, east_end - real(1.0))
@@ -55,13 +55,16 @@ def fill_patch(height, job, pose, facing, cell, view, patch):
                 shown = choose(inside, clamp(here - level, -limit, limit), beyond)
                 put(pixels, height_at * size * size + p, shown, size - j)
             if todo_at >= 0:
-                over, least = here - gather(aims, places), nothing
+                over = here - gather(aims, places)
+                in_goal = over > HIGH
                 if has_design:
-                    least = choose(has(gather(kinds, places), DESIGN), spread(-most), nothing)
-                over = choose(over > HIGH, -goal_depth, clamp(over, least, most))
+                    over = clamp(over, choose(has(gather(kinds, places), DESIGN), -most, nothing), most)
+                else:
+                    over = clamp(over, nothing, most)
+                over = choose(in_goal, -goal_depth, over)
                 put(pixels, todo_at * size * size + p, choose(inside, over, nothing), size - j)
             if walls_at >= 0:
-                shown = choose(has(gather(kinds, places), SOLID), spread(real(1.0)), nothing)
+                shown = choose(has(gather(kinds, places), SOLID), real(1.0), nothing)
                 put(pixels, walls_at * size * size + p, choose(inside, shown, real(1.0)), size - j)
 
 
@@ -78,7 +81,7 @@ def place_of(channel, channels):
 @kernel
 def put(pixels, place, lanes, count):
     """Write the lanes, or only the first `count`, from `place` on."""
-    if count >= LANES:
+    if count >= WIDE:
         store_all(pixels, place, lanes)
     else:
         store(pixels, place, lanes, count)

@@ -233,6 +233,27 @@ assert set(seen) == {0} and gc.get_threshold()[0] == 0
     plough.run(code)
 
 
+def test_what_is_called_with_constants_is_compiled_once_for_all_of_them(plough):
+    code = """
+from numba.core import event
+from plough.sim.jit import entry, kernel
+
+@kernel
+def share(weight, parts, marks):
+    return weight / parts if marks[1] else weight
+
+@entry
+def shares(weight):
+    return share(weight, 2, (0, True)) + share(weight, 4, (1, True)) + share(weight, 1, (2, False))
+
+with event.install_recorder("numba:compile") as compiled:
+    found = shares(8.0)
+names = [one.data["dispatcher"].py_func.__name__ for _, one in compiled.buffer if one.is_start]
+print(json.dumps([found, names.count("share"), names.count("shares")]))
+"""
+    assert plough.run(code) == [[8 / 2 + 8 / 4 + 8, 1, 1]]
+
+
 def test_division_by_zero_is_numpys(plough):
     assert plough.run("assert advance.ratio(1.0, 0.0) == np.inf and np.isnan(advance.ratio(0.0, 0.0))") == []
 

@@ -9,6 +9,7 @@ from dirt_env.sim import lanes
 from dirt_env.sim.jit import entry
 from dirt_env.sim.lanes import (
     LANES,
+    WIDE,
     among,
     choose,
     clamp,
@@ -28,6 +29,7 @@ from dirt_env.sim.lanes import (
     store_all,
     total,
     whole,
+    wide_ramp,
 )
 
 COUNTS = [-3, 0, 1, 5, LANES, LANES + 4]
@@ -113,6 +115,18 @@ def cut_off(numbers, low, high, out):
 @entry
 def as_doubles(numbers, out):
     store_all(out, 0, doubles(load_all(numbers, 0)))
+
+
+@entry
+def look_up_many(cells, kinds, start, step, most, count, out, found):
+    n = wide_ramp(start, step)
+    places = floors(clamp(n, start, most))
+    here, marked = gather(cells, places), has(gather(kinds, places), 2)
+    store_all(out[0], 0, n - here)
+    store(out[1], 0, choose(marked, here / most, n), count)
+    store_all(out[2], 0, choose(marked & (n > most), most, start))
+    found[0], found[1], found[2] = some(n > here), first_of(marked), last_of(marked)
+    found[3], found[4] = total(doubles(whole(n))), total(doubles(here))
 
 
 @entry
@@ -210,6 +224,24 @@ def test_numbers_of_every_type_become_doubles(dtype):
     np.testing.assert_array_equal(out, numbers)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("count", [-1, 0, 7, WIDE, WIDE + 3])
+def test_sixteen_of_them_do_what_eight_do(dtype, count):
+    cells, kinds = np.array([3.0, -1.0, 7.5, 0.25, 9.0]).astype(dtype), np.array([2, 0, 3, 5, 6], np.uint8)
+    out, found = np.full((3, WIDE + 1), 99, dtype), np.zeros(5)
+    look_up_many(cells, kinds, dtype(0.5), dtype(0.75), dtype(4.0), count, out, found)
+    n = dtype(0.5) + np.arange(WIDE, dtype=dtype) * dtype(0.75)
+    places = np.floor(np.clip(n, 0.5, 4.0)).astype(int)
+    here, marked, written = cells[places], (kinds[places] & 2) != 0, min(max(count, 0), WIDE)
+    np.testing.assert_array_equal(out[0, :WIDE], n - here)
+    np.testing.assert_array_equal(out[1, :written], np.where(marked, here / dtype(4.0), n)[:written])
+    np.testing.assert_array_equal(out[2, :WIDE], np.where(marked & (n > 4), dtype(4.0), dtype(0.5)))
+    assert (out[1, written:] == 99).all()
+    assert (out[[0, 2], WIDE] == 99).all()
+    chosen = np.flatnonzero(marked)
+    assert found.tolist() == [1.0, chosen[0], chosen[-1], np.trunc(n).sum(), here.astype(float).sum()]
+
+
 def test_truth_values_of_an_array_are_bytes():
     assert not among_bools(np.ones(8, bool), 8)
     assert among_bools(np.array([True, True, False, True]), 4)
@@ -236,3 +268,10 @@ def test_the_plain_twins_do_the_same():
     assert lanes._floors(half).tolist() == [-2, 2, 0, 1, -1, 3, 4, 7]
     assert lanes._gather(a, np.array([3, 3, 0, 1, 2, 7, 6, 5], np.int32)).tolist() == [7, 7, 1, 3, 5, 15, 13, 11]
     assert lanes._ramp(np.float32(0.0), np.float32(1.0)).dtype == np.float32
+    assert lanes._wide_ramp(1.0, 0.5).tolist() == [1.0 + 0.5 * k for k in range(16)]
+    wide = np.zeros(20)
+    lanes._store(wide, 1, lanes._wide_ramp(1.0, 1.0), 11)
+    assert wide.tolist() == [0, *range(1, 12), *[0] * 8]
+    lanes._store_all(wide, 3, lanes._wide_ramp(1.0, 1.0))
+    assert wide[3:].tolist() == [*range(1, 17), 0]
+    assert lanes._last_of(lanes._wide_ramp(0.0, 1.0) < 12.5) == 12
