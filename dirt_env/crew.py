@@ -107,6 +107,10 @@ def _serve(post: SimpleQueue) -> None:
 
 def threads_for(worlds: int) -> int:
     """How many threads a batch has if nobody says: the cores at hand, one in small batches."""
+    return max(1, min(cores(), worlds // ENOUGH))
+
+
+def cores() -> int:
+    """How many cores this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
-    cores = len(affinity(0)) if affinity else os.cpu_count() or 1
-    return max(1, min(cores, worlds // ENOUGH))
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -197,6 +197,7 @@ class DirtPushEnv(gymnasium.Env):
     def begin(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Episode:
         """The start of an episode as `reset` draws it, for `put`; only the generator has changed then."""
         layout_seed, pose = read_options(options)
+        self._worlds.prepare()
         with self.generator_kept_on_error():
             super().reset(seed=seed)
             generator = self.np_random if layout_seed is None else np.random.default_rng(layout_seed)

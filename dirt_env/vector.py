@@ -95,6 +95,7 @@ class DirtPushVectorEnv(VectorEnv):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._begun = False
+        self._every = np.ones(self.num_envs, bool)
         self._ended = np.zeros(self.num_envs, bool)  # worlds whose last step was their episode's last
         self._kept = None if copy else self._worlds.blanks()
 
@@ -147,7 +148,7 @@ class DirtPushVectorEnv(VectorEnv):
             return seen, *self._finish(seen, sight, figures, terminated, truncated)
         if self._info == "none":
             return seen, figures[REWARD], terminated, truncated, {}
-        present = np.ones(self.num_envs, bool) if self._info == "all" else self._ended
+        present = self._every if self._info == "all" else self._ended
         return seen, figures[REWARD], terminated, truncated, batch_infos(figures, present, present & busy)
 
     def _finish(

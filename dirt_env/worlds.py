@@ -8,10 +8,11 @@ import numpy as np
 
 from dirt_env.config import SceneConfig
 from dirt_env.config.terrain import HeightField
+from dirt_env.crew import cores
 from dirt_env.episode import Episode
 from dirt_env.observer import Observer
 from dirt_env.scene.layout import Layout
-from dirt_env.sim.jit import machine_code
+from dirt_env.sim.jit import compile_aside, machine_code
 from dirt_env.sim.params import Command
 from dirt_env.sim.state import POSE, World, work_space
 from dirt_env.sim.voxel_advance import VoxelWorld, advance_voxels
@@ -67,6 +68,19 @@ class Worlds:
         self._is_field = isinstance(first.terrain, HeightField)
         self._scratch: list[Scratch] = []
         self._codes: dict[Callable, Callable] = {}
+        self._is_prepared = False
+
+    def prepare(self) -> None:
+        """Have a step compiled on another core, if there is one, while this one compiles what comes before it."""
+        if self._is_prepared:
+            return
+        self._is_prepared = True
+        if cores() > 1:
+            scratch, (_, sight) = self.scratch(0) if self._is_field else None, self._blank(0)
+            figures = np.empty((len(FIGURES), 1))
+            compile_aside(
+                step_worlds, self.batch, scratch, np.empty((1, 3)), BUSY, sight, figures, 0, 1, 0, ADVANCE, *ALONE
+            )
 
     def run(self, entry: Callable, *arguments: Any) -> Any:
         """Call an entry of `task.step` with the batch and these arguments, whose types are the same in every call."""

@@ -1,11 +1,18 @@
 """Episodes go into a batch and come out as they were; its worlds know nothing of one another."""
 
 import copy
+import json
+import os
 import pickle
+import subprocess
+import sys
 
+import gymnasium
+import numba
 import numpy as np
 import pytest
 
+from dirt_env import worlds as module
 from dirt_env.config import load
 from dirt_env.config.episode import layout
 from dirt_env.episode import Episode
@@ -78,3 +85,49 @@ def test_copies_go_on_by_themselves(copy_of):
     assert pack(twin.episode(0).to_tree()) == expected
     drive(twin, 0, 5, seed=1)
     assert pack(twin.episode(0).to_tree()) == pack(worlds.episode(0).to_tree())
+
+
+NOISE = {"observation": {"noise": {"height": 0.01, "position": 0.05, "heading": 1.0}}}
+
+
+@pytest.mark.parametrize("options", [*SCENES, {"level": 4}, NOISE, {"terrain": "voxel"}], ids=str)
+def test_what_is_compiled_on_another_core_is_what_a_step_calls(options, monkeypatch):
+    asked, called, compile_here = [], [], module.machine_code
+
+    def types(function, *arguments):
+        return function, tuple(map(numba.typeof, arguments))
+
+    def called_with(function, *arguments):
+        called.append(types(function, *arguments))
+        return compile_here(function, *arguments)
+
+    monkeypatch.setattr(module, "compile_aside", lambda *arguments: asked.append(types(*arguments)))
+    monkeypatch.setattr(module, "machine_code", called_with)
+    for cores, expected in ((1, 0), (2, 1)):
+        monkeypatch.setattr(module, "cores", lambda cores=cores: cores)
+        envs = [gymnasium.make("DirtPush-v0", **options)]
+        if options != {"terrain": "voxel"}:
+            envs.append(gymnasium.make_vec("DirtPush-v0", num_envs=3, **options))
+        for env in envs:
+            asked.clear(), called.clear()
+            env.reset(seed=1)
+            env.reset(seed=2)
+            env.step(env.action_space.sample())
+            assert len(asked) == expected
+            assert set(asked) <= set(called)
+            assert [function for function, _ in called].count(module.step_worlds) == 1
+
+
+@pytest.mark.slow
+def test_a_first_reset_has_the_step_compiled_on_another_core(tmp_path):
+    code = """
+import json, gymnasium, dirt_env.worlds
+dirt_env.worlds.cores = lambda: 2
+env = gymnasium.make("DirtPush-v0")
+env.reset(seed=0)
+env.step(env.action_space.sample())
+stats = dirt_env.worlds.step_worlds.stats
+print(json.dumps([sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
+"""
+    variables = os.environ | {"DIRT_ENV_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    assert json.loads(subprocess.check_output([sys.executable, "-c", code], env=variables, text=True)) == [1, 0]

@@ -16,12 +16,14 @@ import os
 import pickle
 import platform
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -48,6 +50,14 @@ _LOCK_PATIENCE = 120.0  # s; longer than any compilation, so that only a hung pr
 _STALE_AFTER = 30 * 86400.0  # s
 _YOUNG = 10_000  # objects, instead of Python's 700: compilation makes millions, and a search for garbage looks at them
 _BEGIN = time.time_ns()
+_HELPER = """
+import pickle, sys
+sys.path = pickle.load(sys.stdin.buffer)
+function, signature = pickle.load(sys.stdin.buffer)
+function._cache.holds_lock = True
+function.compile(signature)
+"""
+_HELPERS: dict[Callable, subprocess.Popen] = {}
 
 
 def kernel(function: Callable) -> Callable:
@@ -90,9 +100,49 @@ def machine_code(function: Callable, *arguments: Any) -> Callable:
     """
     if not is_jitted(function):  # NUMBA_DISABLE_JIT=1
         return function
-    signature = tuple(numba.typeof(argument) for argument in arguments)
+    signature = tuple(map(numba.typeof, arguments))
     function.compile(signature)
+    if helper := _HELPERS.pop(function, None):  # done by now, or too late
+        helper.kill()
+        helper.wait()
     return function.overloads[signature].entry_point
+
+
+def compile_aside(function: Callable, *arguments: Any) -> None:
+    """Let a process of its own compile an entry for arguments of these types, while this one does something else.
+
+    What it has made goes into the cache, where `machine_code` waits for it. Nothing happens where it is there already,
+    where another process is about to make it, or where no process can be had: then it is compiled when it is called.
+    """
+    if not is_jitted(function) or function in _HELPERS or not Path(sys.executable or "").name.startswith("python"):
+        return
+    signature = tuple(map(numba.typeof, arguments))
+    lock = function._cache.claim(signature, function.targetctx.codegen())
+    if lock is None:
+        return
+    silent = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    try:
+        helper = _HELPERS[function] = subprocess.Popen([sys.executable, "-c", _HELPER], pass_fds=(lock,), **silent)
+        with helper.stdin:
+            helper.stdin.write(pickle.dumps(sys.path) + dumps((_Named(function), signature)))
+    except OSError as error:
+        _LOG.debug("no process to compile %s: %r", function, error)
+    finally:
+        os.close(lock)  # the helper's as long as it lives
+
+
+class _Named:
+    """A function that is pickled as the name that it has in its module."""
+
+    def __init__(self, function: Callable) -> None:
+        self._function = function
+
+    def __reduce__(self) -> tuple:
+        return _find, (self._function.__module__, self._function.__name__)
+
+
+def _find(module: str, name: str) -> Callable:
+    return getattr(import_module(module), name)
 
 
 class _Part(JITCodeLibrary):
@@ -173,6 +223,7 @@ class _DiskCache(NullCache):
         self._closure = _describe_closure(function)
         self._digest = digest
         self._release: list[Callable] = []
+        self.holds_lock = False  # that of what this process is here to compile, see `compile_aside`
 
     @property
     def cache_path(self) -> str | None:
@@ -189,6 +240,13 @@ class _DiskCache(NullCache):
         finally:
             while len(self._release) > held:
                 self._release.pop()()
+
+    def claim(self, sig: Any, codegen: Any) -> int | None:
+        """An open file that holds the lock of a signature; None if there is code for it, or somebody else compiles."""
+        path = self._path(sig, codegen)
+        if path is None or path.exists():
+            return None
+        return _open_locked(path.with_suffix(".lock"), 0.0)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Compiled code of a signature, or None; of many cold processes the first compiles, the others wait for it."""
@@ -234,32 +292,41 @@ class _DiskCache(NullCache):
 
     def _wait_for_lock(self, path: Path) -> bool:
         """Take the lock of one file for this compilation; False if there are no locks here or it takes too long."""
-        if fcntl is None:
-            return False
-        try:
-            file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
-        except OSError as error:
-            _LOG.debug("no lock %s: %r", path, error)
-            return False
-        if not _lock(file):
-            os.close(file)
+        file = None if self.holds_lock else _open_locked(path, _LOCK_PATIENCE)
+        if file is None:
             return False
         self._release.append(partial(os.close, file))
         return True
 
 
-def _lock(file: int) -> bool:
-    """Lock an open file against other processes; the system lets go of it when the process ends, however it ends."""
-    deadline = time.monotonic() + _LOCK_PATIENCE
-    while time.monotonic() < deadline:
+def _open_locked(path: Path, patience: float) -> int | None:
+    """Open a file and lock it against other processes; None if there are no locks here or it takes so many seconds.
+
+    The system lets go of it when the process ends, however it ends.
+    """
+    if fcntl is None:
+        return None
+    try:
+        file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as error:
+        _LOG.debug("no lock %s: %r", path, error)
+        return None
+    deadline = time.monotonic() + patience
+    while True:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return True
+            return file
         except BlockingIOError:
+            if time.monotonic() >= deadline:
+                break
             time.sleep(0.05)
         except OSError:
-            return False
-    return False
+            break
+        except BaseException:
+            os.close(file)
+            raise
+    os.close(file)
+    return None
 
 
 def _digest(function: Callable) -> str | None:

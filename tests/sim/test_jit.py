@@ -189,6 +189,72 @@ def test_of_many_cold_processes_one_compiles(plough):
     assert sum(compiled for _, compiled in reports) == 1
 
 
+ASIDE = "jit.compile_aside(advance.total, np.ones(3))\n"
+STARTED = f"""
+import subprocess
+start, started = subprocess.Popen, []
+subprocess.Popen = lambda *arguments, **options: started.append(start(*arguments, **options)) or started[-1]
+{ASIDE}
+"""
+
+
+def test_a_process_of_its_own_compiles_what_this_one_waits_for(plough):
+    assert plough.run(ASIDE + TOTAL + LOCKS_ARE_FREE) == [[6.0, 0]]
+    assert len(plough.kernels()) == 1
+
+
+def test_machine_code_leaves_no_process_behind(plough):
+    code = """
+code = jit.machine_code(advance.total, np.ones(3))
+print(json.dumps([code(np.ones(3)), len(jit._HELPERS)]))
+assert started[0].returncode is not None
+"""
+    assert plough.run(STARTED + code) == [[6.0, 0]]
+
+
+@pytest.mark.parametrize("asked_before", [TOTAL, ASIDE])
+def test_no_process_is_started_for_what_is_there_or_under_way(plough, asked_before):
+    assert plough.run(asked_before + STARTED + "print(json.dumps(len(started)))")[-1] == 0
+
+
+def test_of_many_cold_processes_one_has_it_compiled_aside(plough):
+    processes = [plough.start(STARTED + TOTAL + "\nprint(json.dumps(len(started)))") for _ in range(4)]
+    reports = [_reports(process) for process in processes]
+    assert [report[0] for report in reports] == [[6.0, 0]] * 4
+    assert sum(report[1] for report in reports) == 1
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        "sys.executable = '/nowhere/python'",
+        "sys.executable = ''",
+        "sys.executable = '/bin/true'",
+        "jit._HELPER = 'import sys; sys.exit(1)'",
+        "jit._HELPER = 'import sys; sys.stdin.close(); sys.exit(1)'",
+        "jit._find = jit.cache_root",
+    ],
+)
+def test_where_a_process_cannot_compile_this_one_does(plough, broken):
+    assert plough.run(f"{broken}\n{ASIDE}{TOTAL}{LOCKS_ARE_FREE}") == [[6.0, 1]]
+
+
+def test_a_process_that_is_killed_in_the_middle_is_not_waited_for(plough):
+    code = f"""
+jit._HELPER = "import time; time.sleep(600)"
+{ASIDE}
+import threading
+threading.Timer(1.0, jit._HELPERS[advance.total].kill).start()
+"""
+    assert plough.run(code + TOTAL + LOCKS_ARE_FREE) == [[6.0, 1]]
+
+
+def test_without_a_cache_nothing_is_compiled_aside(plough):
+    code = STARTED + "print(json.dumps(len(started)))"
+    assert plough.run(code, DIRT_ENV_CACHE_DIR="/dev/null/cache") == [0]
+    assert plough.run(code, NUMBA_DISABLE_JIT="1") == [0]
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no file locks there")
 def test_threads_and_failed_compilations_leave_no_lock_behind(plough):
     code = """
