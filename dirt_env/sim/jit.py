@@ -35,6 +35,8 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
+from numba.core.typed_passes import InlineOverloads, NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes, InlineInlinables
 from numba.extending import is_jitted
 
 try:
@@ -57,6 +59,7 @@ function, signature = pickle.load(sys.stdin.buffer)
 function._cache.holds_lock = True
 function.compile(signature)
 """
+_USELESS = InlineClosureLikes, InlineInlinables, InlineOverloads, NopythonRewrites
 _HELPERS: dict[Callable, subprocess.Popen] = {}
 
 
@@ -170,12 +173,19 @@ class _Part(JITCodeLibrary):
 
 
 class _PartCompiler(Compiler):
-    """numba's own passes, with a part for the library that they write to."""
+    """numba's own passes, with a part for the library that they write to; without those that find nothing in kernels.
+
+    Those look for comprehensions and closures, functions to be inlined by numba, and sums of whole arrays; each has
+    numba analyse the function once more.
+    """
 
     def define_pipelines(self) -> list:
         """The passes in their order; called once for each compilation."""
         self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return super().define_pipelines()
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [step for step in pipeline.passes if step[0] not in _USELESS]
+        return pipelines
 
 
 def cache_root() -> Path:
