@@ -117,15 +117,17 @@ def compile_aside(function: Callable, *arguments: Any) -> None:
     What it has made goes into the cache, where `machine_code` waits for it. Nothing happens where it is there already,
     where another process is about to make it, or where no process can be had: then it is compiled when it is called.
     """
-    if not is_jitted(function) or function in _HELPERS or not Path(sys.executable or "").name.startswith("python"):
+    signature, cache = tuple(map(numba.typeof, arguments)), getattr(function, "_cache", None)
+    is_python = Path(sys.executable or "").name.startswith("python")  # and not a program that Python is part of
+    if not is_python or not isinstance(cache, _DiskCache) or function in _HELPERS or signature in function.overloads:
         return
-    signature = tuple(map(numba.typeof, arguments))
-    lock = function._cache.claim(signature, function.targetctx.codegen())
+    lock = cache.claim(signature, function.targetctx.codegen())
     if lock is None:
         return
+    command = sys.executable, "-I", "-c", _HELPER  # -I: whatever else lies in the folder at hand
     silent = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     try:
-        helper = _HELPERS[function] = subprocess.Popen([sys.executable, "-c", _HELPER], pass_fds=(lock,), **silent)
+        helper = _HELPERS[function] = subprocess.Popen(command, pass_fds=(lock,), **silent)
         with helper.stdin:
             helper.stdin.write(pickle.dumps(sys.path) + dumps((_Named(function), signature)))
     except OSError as error:

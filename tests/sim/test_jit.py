@@ -250,9 +250,33 @@ threading.Timer(1.0, jit._HELPERS[advance.total].kill).start()
 
 
 def test_without_a_cache_nothing_is_compiled_aside(plough):
-    code = STARTED + "print(json.dumps(len(started)))"
-    assert plough.run(code, DIRT_ENV_CACHE_DIR="/dev/null/cache") == [0]
-    assert plough.run(code, NUMBA_DISABLE_JIT="1") == [0]
+    count = "print(json.dumps(len(started)))"
+    assert plough.run(STARTED + count, DIRT_ENV_CACHE_DIR="/dev/null/cache") == [0]
+    assert plough.run(STARTED + count, NUMBA_DISABLE_JIT="1") == [0]
+    edited = f"""
+open({str(plough.law)!r}, "a").write("# edited")
+from importlib import reload
+reload(advance)
+{STARTED}
+{TOTAL}
+{count}
+"""
+    assert plough.run(edited) == [[6.0, 1], 0]
+
+
+def test_what_has_been_compiled_here_is_not_compiled_aside(plough):
+    code = TOTAL + "\nimport shutil\nshutil.rmtree(jit.cache_root())" + STARTED + "print(json.dumps(len(started)))"
+    assert plough.run(code) == [[6.0, 1], 0]
+
+
+def test_what_lies_in_the_folder_at_hand_is_not_imported(plough):
+    code = """
+import os
+os.mkdir("other")
+os.chdir("other")
+open("pickle.py", "w").write("raise SystemExit")
+"""
+    assert plough.run(code + ASIDE + TOTAL) == [[6.0, 0]]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no file locks there")
