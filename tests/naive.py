@@ -129,6 +129,21 @@ def held_links(h, cell, line, shift=0):
     return found
 
 
+def ground_behind(height, cell, x, y, facing, limit):
+    """Ground at a point, of the cells around it only those whose centres lie no farther along `facing` than `limit`."""
+    rows, cols = height.shape
+    column, row = np.clip(x / cell - 0.5, 0, cols - 1), np.clip(y / cell - 0.5, 0, rows - 1)
+    c, r = int(column), int(row)
+    total = weights = 0.0
+    for i in range(2):
+        for j in range(2):
+            weight = abs(1 - i - (row - r)) * abs(1 - j - (column - c))
+            is_behind = (c + j + 0.5) * cell * facing[0] + (r + i + 0.5) * cell * facing[1] <= limit
+            if is_behind and weight > 0.0:
+                total, weights = total + weight * height[r + i, c + j], weights + weight
+    return total / weights if weights > 1e-9 else height[r, c]
+
+
 def track_plane(sample, x, y, heading, machine, stations=5):
     """(z, pitch, roll) by numpy's least squares through samples of the ground under the tracks."""
     rows = []

@@ -1,7 +1,5 @@
 """What one control step does to a world: the one composition of the phases."""
 
-from math import inf
-
 import numpy as np
 
 from dirt_env.sim.bank import bank_of
@@ -9,7 +7,7 @@ from dirt_env.sim.blade import cells_between, held_links, line_of, load_ahead, s
 from dirt_env.sim.intrinsics import uncounted
 from dirt_env.sim.jit import entry, kernel
 from dirt_env.sim.laws import RATE, push_work
-from dirt_env.sim.machine import drive, facing_of, ground_between, is_free, track_plane, wrap
+from dirt_env.sim.machine import drive, facing_of, ground_at, is_free, track_plane, wrap
 from dirt_env.sim.params import Blade, Command, Grid, Machine, Soil
 from dirt_env.sim.projection import project
 from dirt_env.sim.slump import at_rest, limits, relax, settle_window
@@ -69,8 +67,7 @@ def graded_edge(target, pose, facing, cell, blade, machine, asked):
     from there evenly to `machine.lift` over the tracks.
     """
     x, y = pose.x + blade.reach * facing[0], pose.y + blade.reach * facing[1]
-    surface = ground_between(target, x / cell - 0.5, y / cell - 0.5, 1.0, 1.0, inf)
-    level = surface - pose.z - pose.pitch * blade.reach
+    level = ground_at(target, cell, x, y) - pose.z - pose.pitch * blade.reach
     share = max(asked, 0.0) / machine.lift
     edge = (1.0 - share) * level + share * machine.lift + min(asked, 0.0)
     return min(max(edge, -machine.cut), machine.lift)

@@ -2,8 +2,6 @@
 
 from math import cos, pi, sin
 
-import numpy as np
-
 from dirt_env.sim.intrinsics import flat
 from dirt_env.sim.jit import kernel
 from dirt_env.sim.lanes import among, choose, clamp, doubles, gather, ramp, total, whole
@@ -25,53 +23,27 @@ def facing_of(heading):
 
 
 @kernel
-def ground_between(height, column, row, ahead_x, ahead_y, limit):
-    """Ground height [m] at a point `column`, `row` cells from the centre of cell (0, 0); the rest is as in `ground_at`,
-    in cells.
-
-    It is computed in both ways and one of the results taken: a jump that is guessed wrong costs more.
-    """
+def ground_at(height, cell, x, y):
+    """Ground height [m] at a point [m], bilinear between the cells' centres; beyond them that of the nearest."""
     rows, cols = height.shape
+    column, row = x / cell - 0.5, y / cell - 0.5
     column = 0.0 if column < 0.0 else (cols - 1.0 if column > cols - 1.0 else column)
     row = 0.0 if row < 0.0 else (rows - 1.0 if row > rows - 1.0 else row)
-    c, r = int(column), int(row)
-    fx, fy = column - c, row - r
-    left, right = np.uint64(c), np.uint64(min(c + 1, cols - 1))
-    low, high = np.uint64(r), np.uint64(min(r + 1, rows - 1))
-    low_left, low_right, high_left, high_right = (
-        height[low, left], height[low, right], height[high, left], height[high, right],
-    )  # fmt: skip
-    below = low_left + fx * (low_right - low_left)
-    above = high_left + fx * (high_right - high_left)
-    between = below + fy * (above - below)
-    ahead = c * ahead_x + r * ahead_y
-    span = (ahead_x if ahead_x > 0.0 else 0.0) + (ahead_y if ahead_y > 0.0 else 0.0)
-    is_whole = (c + 1 < cols) & (r + 1 < rows) & (ahead + span <= limit)  # all four of them are on the map and behind
-    weight = (1.0 - fy) * (1.0 - fx) if ahead <= limit else 0.0
-    total, weights = weight * low_left, weight
-    weight = (1.0 - fy) * fx if ahead + ahead_x <= limit else 0.0
-    total, weights = total + weight * low_right, weights + weight
-    weight = fy * (1.0 - fx) if ahead + ahead_y <= limit else 0.0
-    total, weights = total + weight * high_left, weights + weight
-    weight = fy * fx if ahead + ahead_x + ahead_y <= limit else 0.0
-    total, weights = total + weight * high_right, weights + weight
-    return between if is_whole else (total / weights if weights > 1e-9 else float(low_left))
-
-
-@kernel
-def ground_at(height, cell, x, y, ahead_x, ahead_y, limit):
-    """Ground height at a point [m], bilinear between the cell centres that lie behind the blade; beyond the map's, that
-    of the nearest.
-
-    Behind the blade is where (x, y) . (ahead_x, ahead_y) <= `limit`; the soil that the blade carries lifts no track.
-    """
-    limit = limit / cell - 0.5 * (ahead_x + ahead_y)
-    return ground_between(height, x / cell - 0.5, y / cell - 0.5, ahead_x, ahead_y, limit)
+    left, low = int(column), int(row)
+    right, high = min(left + 1, cols - 1), min(low + 1, rows - 1)
+    fx, fy = column - left, row - low
+    below = height[low, left] + fx * (height[low, right] - height[low, left])
+    above = height[high, left] + fx * (height[high, right] - height[high, left])
+    return below + fy * (above - below)
 
 
 @kernel
 def grounds_between(height, columns, rows, ahead_x, ahead_y, limit):
-    """`ground_between` at LANES points; what it takes from heights of single precision is computed in double."""
+    """Ground heights [m] at LANES points, so many `columns` and `rows` from the centre of cell (0, 0), as doubles.
+
+    Bilinear between the centres that lie behind the blade, where column * ahead_x + row * ahead_y <= `limit`: the soil
+    that it carries lifts no track. Both are computed, and what it is without a blade taken where all four lie behind.
+    """
     tall, wide = height.shape
     ground = flat(height)
     columns, rows = clamp(columns, 0.0, wide - 1.0), clamp(rows, 0.0, tall - 1.0)

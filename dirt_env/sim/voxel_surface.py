@@ -93,7 +93,7 @@ def normals_of(surface: np.ndarray, cell: float) -> np.ndarray:
 @kernel
 def height_at(surface, cell, x, y):
     """The surface's height [m] at any point [m], bilinear between the columns' centres."""
-    return ground_at(surface, cell, x, y, 0.0, 0.0, 0.0)
+    return ground_at(surface, cell, x, y)
 
 
 @entry
