@@ -9,6 +9,7 @@ where anything is amiss does without. It lives in `DIRT_ENV_CACHE_DIR`, or else 
 pickles, so a directory that other users can write to is not used.
 """
 
+import atexit
 import gc
 import hashlib
 import logging
@@ -25,7 +26,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from types import SimpleNamespace
+from types import CodeType, SimpleNamespace
 from typing import Any
 
 import numba
@@ -59,15 +60,17 @@ function, signature = pickle.load(sys.stdin.buffer)
 function._cache.holds_lock = True
 function.compile(signature)
 """
-_USELESS = InlineClosureLikes, InlineInlinables, InlineOverloads, NopythonRewrites
-_HELPERS: dict[Callable, subprocess.Popen] = {}
+_ROOM = 2**22  # bytes on the disk, several times what the code of an entry takes
+_USELESS = InlineInlinables, InlineOverloads, NopythonRewrites
+_HELPERS: dict[tuple[Callable, tuple], subprocess.Popen] = {}  # by entry and signature
 
 
 def kernel(function: Callable) -> Callable:
     """Compile a function that other kernels call: all of it goes into each of them.
 
     Called as a function it would count a reference to every array that it is given, at 20 cycles each, and take dozens
-    of arguments over the stack.
+    of arguments over the stack. What a kernel is given is no constant to it, so that it cannot tell parts of a tuple of
+    several types, or the fields of a record, by an argument; and sums of whole arrays make arrays in between.
     """
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "forceinline": True}
     compiled = numba.njit(**options)(function)
@@ -105,9 +108,7 @@ def machine_code(function: Callable, *arguments: Any) -> Callable:
         return function
     signature = tuple(map(numba.typeof, arguments))
     function.compile(signature)
-    if helper := _HELPERS.pop(function, None):  # done by now, or too late
-        helper.kill()
-        helper.wait()
+    _stop_helpers((function, signature))
     return function.overloads[signature].entry_point
 
 
@@ -117,23 +118,42 @@ def compile_aside(function: Callable, *arguments: Any) -> None:
     What it has made goes into the cache, where `machine_code` waits for it. Nothing happens where it is there already,
     where another process is about to make it, or where no process can be had: then it is compiled when it is called.
     """
-    signature, cache = tuple(map(numba.typeof, arguments)), getattr(function, "_cache", None)
-    is_python = Path(sys.executable or "").name.startswith("python")  # and not a program that Python is part of
-    if not is_python or not isinstance(cache, _DiskCache) or function in _HELPERS or signature in function.overloads:
+    if not isinstance(getattr(function, "_cache", None), _DiskCache):
         return
-    lock = cache.claim(signature, function.targetctx.codegen())
+    signature = tuple(map(numba.typeof, arguments))
+    if signature in function.overloads or (function, signature) in _HELPERS:
+        return
+    try:
+        _start_helper(function, signature)
+    except Exception as error:
+        _LOG.debug("no process to compile %s: %r", function, error)
+
+
+def _start_helper(function: Callable, signature: tuple) -> None:
+    """Start a process that compiles an entry, unless somebody does so already."""
+    if not Path(sys.executable or "").name.startswith("python"):  # but a program that Python is a part of
+        return
+    lock = function._cache.claim(signature, function.targetctx.codegen())
     if lock is None:
         return
     command = sys.executable, "-I", "-c", _HELPER  # -I: whatever else lies in the folder at hand
     silent = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     try:
-        helper = _HELPERS[function] = subprocess.Popen(command, pass_fds=(lock,), **silent)
+        message = pickle.dumps(sys.path) + dumps((_Named(function), signature))
+        helper = _HELPERS[function, signature] = subprocess.Popen(command, pass_fds=(lock,), **silent)
         with helper.stdin:
-            helper.stdin.write(pickle.dumps(sys.path) + dumps((_Named(function), signature)))
-    except OSError as error:
-        _LOG.debug("no process to compile %s: %r", function, error)
+            helper.stdin.write(message)
     finally:
         os.close(lock)  # the helper's as long as it lives
+
+
+@atexit.register
+def _stop_helpers(*keys: tuple) -> None:
+    """End the processes that compile these entries and signatures, or all; they are done, or too late."""
+    for key in keys or list(_HELPERS):
+        if helper := _HELPERS.pop(key, None):
+            helper.kill()
+            helper.wait()
 
 
 class _Named:
@@ -177,16 +197,18 @@ class _Part(JITCodeLibrary):
 class _PartCompiler(Compiler):
     """numba's own passes, with a part for the library that they write to; without those that find nothing in kernels.
 
-    Those look for comprehensions and closures, functions to be inlined by numba, and sums of whole arrays; each has
-    numba analyse the function once more.
+    Those look for functions to be inlined by numba, sums of whole arrays, and functions within a function, where there
+    is none; each has numba analyse the function once more.
     """
 
     def define_pipelines(self) -> list:
         """The passes in their order; called once for each compilation."""
         self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        pipelines = super().define_pipelines()
+        pipelines, constants = super().define_pipelines(), self.state.func_id.code.co_consts
+        has_inner = any(isinstance(constant, CodeType) for constant in constants)
+        useless = _USELESS if has_inner else (*_USELESS, InlineClosureLikes)
         for pipeline in pipelines:
-            pipeline.passes = [step for step in pipeline.passes if step[0] not in _USELESS]
+            pipeline.passes = [step for step in pipeline.passes if step[0] not in useless]
         return pipelines
 
 
@@ -256,9 +278,16 @@ class _DiskCache(NullCache):
     def claim(self, sig: Any, codegen: Any) -> int | None:
         """An open file that holds the lock of a signature; None if there is code for it, or somebody else compiles."""
         path = self._path(sig, codegen)
-        if path is None or path.exists():
+        file = None if path is None or path.exists() else _open_locked(path.with_suffix(".lock"), 0.0)
+        if file is None:
             return None
-        return _open_locked(path.with_suffix(".lock"), 0.0)
+        try:
+            if os.pwrite(file, bytes(_ROOM), 0) < _ROOM:
+                raise OSError(f"no room for {_ROOM} bytes")
+            return fcntl.fcntl(file, fcntl.F_DUPFD_CLOEXEC, 3)  # where no stream of another process comes to lie
+        finally:
+            os.truncate(file, 0)
+            os.close(file)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Compiled code of a signature, or None; of many cold processes the first compiles, the others wait for it."""

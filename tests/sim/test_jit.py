@@ -244,9 +244,57 @@ def test_a_process_that_is_killed_in_the_middle_is_not_waited_for(plough):
 jit._HELPER = "import time; time.sleep(600)"
 {ASIDE}
 import threading
-threading.Timer(1.0, jit._HELPERS[advance.total].kill).start()
+threading.Timer(1.0, next(iter(jit._HELPERS.values())).kill).start()
 """
     assert plough.run(code + TOTAL + LOCKS_ARE_FREE) == [[6.0, 1]]
+
+
+def test_where_there_is_no_room_for_the_code_nothing_is_compiled_aside(plough):
+    full = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))\n"
+    assert plough.run(full + STARTED + TOTAL + "\nprint(json.dumps(len(started)))") == [[6.0, 1], 0]
+    assert plough.run(STARTED + TOTAL + "\nprint(json.dumps(len(started)))") == [[6.0, 0], 1]
+
+
+def test_what_cannot_be_sent_to_a_process_is_compiled_here(plough):
+    code = f"sys.path.append(lambda: None)\n{STARTED}sys.path.pop()\n{TOTAL}\nprint(json.dumps(len(started)))"
+    assert plough.run(code + LOCKS_ARE_FREE) == [[6.0, 1], 0]
+
+
+def test_two_signatures_are_compiled_aside_side_by_side(plough):
+    both = "jit.compile_aside(advance.total, np.ones(3, np.float32))\nassert len(jit._HELPERS) == 2\n"
+    first = (
+        "print(json.dumps(jit.machine_code(advance.total, np.ones(3))(np.ones(3))))\nassert len(jit._HELPERS) == 1\n"
+    )
+    other = "report(advance.total, np.ones(3, np.float32))"
+    assert plough.run(ASIDE + both + first + other) == [6.0, [6.0, 0]]
+
+
+def test_with_standard_input_closed_the_lock_is_kept(plough):
+    assert plough.run("import os\nos.close(0)\n" + STARTED + TOTAL) == [[6.0, 0]]
+
+
+def test_a_process_that_ends_takes_the_one_that_it_started_along(plough):
+    code = "jit._HELPER = 'import time; time.sleep(600)'\n" + STARTED + "print(json.dumps(started[0].pid))"
+    (pid,) = plough.run(code)
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+def test_a_kernel_may_have_a_comprehension(plough):
+    code = """
+from plough.sim.jit import entry, kernel
+
+@kernel
+def doubled(weights):
+    return sum([2.0 * weight for weight in weights])
+
+@entry
+def of(weights):
+    return doubled(weights)
+
+report(of, np.ones(3))
+"""
+    assert plough.run(code)[0][0] == 6.0
 
 
 def test_without_a_cache_nothing_is_compiled_aside(plough):
