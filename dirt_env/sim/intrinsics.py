@@ -83,8 +83,6 @@ def _prefetch(array: Any, place: int) -> None:
 
 @compiled(_prefetch)
 def prefetch(context: Any, array: Any, place: Any) -> tuple:
-    """Ask for the cache line of an element of a contiguous array."""
-
     def generate(context, builder, signature, values):
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
         word = cgutils.int32_t

@@ -24,7 +24,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from types import CodeType, SimpleNamespace
 from typing import Any
@@ -54,9 +53,10 @@ _STALE_AFTER = 30 * 86400.0  # s
 _YOUNG = 10_000  # objects, instead of Python's 700: compilation makes millions, and a search for garbage looks at them
 _BEGIN = time.time_ns()
 _HELPER = """
-import pickle, sys
-sys.path = pickle.load(sys.stdin.buffer)
-function, signature = pickle.load(sys.stdin.buffer)
+import importlib, pickle, sys
+sys.path, module, name = pickle.load(sys.stdin.buffer)
+function = getattr(importlib.import_module(module), name)
+signature = pickle.load(sys.stdin.buffer)
 function._cache.holds_lock = True
 function.compile(signature)
 """
@@ -139,7 +139,7 @@ def _start_helper(function: Callable, signature: tuple) -> None:
     command = sys.executable, "-I", "-c", _HELPER  # -I: whatever else lies in the folder at hand
     silent = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     try:
-        message = pickle.dumps(sys.path) + dumps((_Named(function), signature))
+        message = pickle.dumps((sys.path, function.__module__, function.__name__)) + dumps(signature)
         helper = _HELPERS[function, signature] = subprocess.Popen(command, pass_fds=(lock,), **silent)
         with helper.stdin:
             helper.stdin.write(message)
@@ -154,20 +154,6 @@ def _stop_helpers(*keys: tuple) -> None:
         if helper := _HELPERS.pop(key, None):
             helper.kill()
             helper.wait()
-
-
-class _Named:
-    """A function that is pickled as the name that it has in its module."""
-
-    def __init__(self, function: Callable) -> None:
-        self._function = function
-
-    def __reduce__(self) -> tuple:
-        return _find, (self._function.__module__, self._function.__name__)
-
-
-def _find(module: str, name: str) -> Callable:
-    return getattr(import_module(module), name)
 
 
 class _Part(JITCodeLibrary):
